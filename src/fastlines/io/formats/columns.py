@@ -64,7 +64,7 @@ def column_of(words: Sequence[str]) -> Sequence[object]:
         return values
 
 
-def arrays_of(
+def kept_columns(
     source: Source, columns: Mapping[str, tuple[Sequence[int], Sequence[object]]], n_rows: int, what: str
 ) -> dict[str, AnyArray]:
     """Return the columns of numbers and of texts as arrays of n rows, and warn once of the others.

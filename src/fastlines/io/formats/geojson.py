@@ -29,7 +29,7 @@ from ...support.texts import kinds_text
 from ..losses import conventions, free_name, strand_numbers
 from ..polylines import Polylines, polylines_of
 from ..source import Source, printable, reason
-from .columns import arrays_of, radius_of, with_features
+from .columns import kept_columns, radius_of, with_features
 
 Float64Array = npt.NDArray[np.float64]
 
@@ -79,7 +79,7 @@ def read(source: Source, invalid: str, *, radius: str | None = None) -> Lines:
             rows, values = columns.setdefault(printable(name), ([], []))
             rows.append(row)
             values.append(value)
-    per_feature = arrays_of(source, columns, len(features), "properties")
+    per_feature = kept_columns(source, columns, len(features), "properties")
     per_strand = {name: values[owner] for name, values in per_feature.items()}
     radii = radius_of(source, per_strand, radius, "property")
     points = np.concatenate([np.empty((0, 3)), *found.points])

@@ -22,7 +22,7 @@ from contextlib import contextmanager
 from ...geometry.lines import Lines
 from ...support.texts import kinds_text
 from ..source import Source, printable, reason
-from .columns import MISSING, arrays_of, column_of, quoted, radius_of, with_features
+from .columns import MISSING, column_of, kept_columns, quoted, radius_of, with_features
 from .wkt_text import BARE_START, START, STARTS, STARTS_LINES, Wkt
 
 #: Names of a column of geometries, in lower case, the usual ones first.
@@ -119,7 +119,7 @@ def _lines(
     if lines_too:
         source.warn(f"other columns of lines are not read (column= names the one to read): {quoted(sorted(lines_too))}")
     table = {name: column for name, column in table.items() if name not in lines_too}
-    per_strand = arrays_of(source, table, len(owners), "columns")
+    per_strand = kept_columns(source, table, len(owners), "columns")
     radii = radius_of(source, per_strand, radius, "column")
     attributes = {} if m is None else {"m": m}
     lines = Lines.from_points(points, counts, attributes=attributes, offset=source.offset, invalid=invalid)
