@@ -100,3 +100,13 @@ def test_meshes_that_differ():
     assert (lines.radius[4:] == 0).all()
     with pytest.raises(InputError, match="a MultiBlock has no block of lines; expected a PolyData or"):
         fl.lines(pv.MultiBlock([pv.ImageData()]))
+
+
+def test_points_alone_are_told():
+    vtk = pytest.importorskip("vtkmodules.vtkCommonDataModel")
+    points = pytest.importorskip("vtkmodules.vtkCommonCore").vtkPoints()
+    points.InsertNextPoint(1, 2, 3)
+    for mesh in (vtk.vtkPolyData(), vtk.vtkUnstructuredGrid()):
+        mesh.SetPoints(points)
+        with pytest.warns(fl.FileWarning, match="the 1 points of a vtk.* are not read, as no line joins them"):
+            assert len(fl.lines(mesh)) == 0

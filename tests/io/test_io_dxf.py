@@ -207,8 +207,34 @@ def test_bad_entities_in_blocks_and_several(load):
     with pytest.warns(FileWarning, match="left out: 1 CIRCLE, 1 SPLINE, 1 ELLIPSE"):
         lines = load(changed(text, "ELLIPSE", 40, "0.5", "oak").replace(b"oak", b"x y"), "a.dxf")
     assert lines.n_strands == 3  # the line, the circle and the polyline; the block is empty
-    lost = text.replace("\n  2\nTABLES\n", "\n  2\nTABLES\nzz\n")
+    lost = text.replace("\n  2\nBLOCKS\n", "\n  2\nBLOCKS\nzz\n")
     assert "cannot be read as a DXF drawing: " in message_of(load, lost.encode(), "a.dxf")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("\n  2\nTABLES\n", "\n  2\nTABLES\nzz\n", "1 section TABLES"),
+        ("\n  2\nOBJECTS\n", "\n  2\nOBJECTS\nzz\n", "1 section OBJECTS"),
+        ("$LUNITS\n 70\n", "$LUNITS\n 70\nx\n 70\n", r"1 \$LUNITS"),
+    ],
+)
+def test_bad_sections_and_variables_are_left_out(load, old, new, said):
+    text = drawing(with_all_kinds).decode()
+    assert old in text
+    with pytest.warns(FileWarning, match=f"rules of the format are left out: {said} "):
+        lines = load(text.replace(old, new).encode(), "a.dxf")
+    np.testing.assert_array_equal(lines.segments, load(text.encode(), "a.dxf").segments)
+
+
+def test_one_bad_entity_of_a_binary_drawing_is_left_out(load, tmp_path):
+    document = ezdxf.new("R2010")
+    with_all_kinds(document, document.modelspace())
+    document.saveas(tmp_path / "binary.dxf", fmt="bin")
+    data = (tmp_path / "binary.dxf").read_bytes()
+    with pytest.warns(FileWarning, match="rules of the format are left out: 1 SPLINE .missing 'AcDbSpline'"):
+        lines = load(data.replace(b"d\0AcDbSpline\0", b""), "a.dxf")
+    assert len(lines) < len(load(data, "a.dxf"))
 
 
 def test_drawings_that_are_cut_short(load):

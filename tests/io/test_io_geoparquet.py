@@ -141,6 +141,26 @@ def test_columns_of_geoarrow_need_no_metadata_of_the_file(load):
 
 
 @pytest.mark.parametrize(
+    ("about", "unit"),
+    [
+        ({"crs": {"coordinate_system": {"axis": [{"unit": "metre"}]}}}, "m"),
+        ({"crs": "OGC:CRS84"}, "degree"),
+        ({"crs": None}, None),
+        ({}, None),
+        ([], None),
+    ],
+)
+def test_columns_of_geoarrow_say_their_reference_system(load, about, unit):
+    known = {"ARROW:extension:name": "geoarrow.wkb", "ARROW:extension:metadata": json.dumps(about)}
+    schema = pa.schema([pa.field("way", pa.binary(), metadata=known)])
+    table = pa.Table.from_arrays([pa.array([line([[0, 0], [1, 2]])])], schema=schema)
+    stream = io.BytesIO()
+    with pa.ipc.new_file(stream, table.schema) as writer:
+        writer.write_table(table)
+    assert load(stream.getvalue(), "a.arrow").unit == unit
+
+
+@pytest.mark.parametrize(
     ("crs", "unit", "said"),
     [
         ({"id": {"authority": "OGC", "code": "CRS84"}}, "degree", ""),

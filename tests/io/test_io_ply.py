@@ -209,3 +209,17 @@ def test_an_attribute_that_is_not_written_is_told_once(tmp_path):
 @pytest.mark.filterwarnings("ignore::fastlines.FileWarning", "ignore::fastlines.PrecisionWarning")
 def test_damage_raises_nothing_else(load):
     assert 20 < mutate(load, ply(""), "a.ply") < 290
+
+
+@pytest.mark.parametrize("end", [b"\n\n", b"\r\r\n", b"\r\n\r\n", b"\n\n\n"])
+def test_blank_lines_behind_a_binary_header(load, end):
+    head = b"ply\nformat binary_little_endian 1.0\nelement vertex 2\nproperty float x\nproperty float y\n"
+    head += b"property float z\nelement edge 1\nproperty int vertex1\nproperty int vertex2\nend_header"
+    data = np.float32([[0, 0, 0], [1, 2, 3]]).tobytes() + np.int32([0, 1]).tobytes()
+    np.testing.assert_array_equal(load(head + end + data, "a.ply").segments, [[[0, 0, 0], [1, 2, 3]]])
+
+
+def test_elements_without_edges_are_named(load):
+    text = b"ply\nformat ascii 1.0\nelement point 2\nproperty float x\nend_header\n0\n1\n"
+    with pytest.warns(fl.FileWarning, match="its elements are not read, as none is an edge: 2 point"):
+        assert len(load(text, "a.ply")) == 0

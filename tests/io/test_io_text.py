@@ -126,3 +126,21 @@ def test_what_a_reader_does_not_foresee_is_an_error_of_the_file(load, monkeypatc
         monkeypatch.setattr(swc, "read", break_down)
         with pytest.raises(bug, match="a bug, or the disk"):
             load(b"1 1 0 0 0 1 -1", "a.swc")
+
+
+@pytest.mark.parametrize("encoding", ["utf-8-sig", "utf-16", "utf-16-be", "utf-32"])
+def test_first_bytes_tell_the_format_in_other_encodings(load, encoding):
+    assert len(load("# vtk DataFile Version 3.0\nx\nASCII\nDATASET POLYDATA\n".encode(encoding), "a.zzz")) == 0
+
+
+@pytest.mark.filterwarnings("ignore::fastlines.FileWarning")
+@pytest.mark.parametrize("name", [name for name in TEXTS if PurePath(name).suffix not in (".vtk", ".usda")])
+def test_carriage_returns_end_lines(load, name):
+    if library := NEEDS.get(PurePath(name).suffix):
+        pytest.importorskip(library)
+    assert len(load(TEXTS[name].replace(b"\n", b"\r"), name)) == len(load(TEXTS[name], name))
+
+
+def test_carriage_returns_between_features(load):
+    lines = b'{"type": "LineString", "coordinates": [[0, 0], [1, 0]]}\r' * 3
+    assert len(load(lines, "a.geojsonl")) == 3

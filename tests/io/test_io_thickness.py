@@ -74,3 +74,15 @@ def test_info_tells(tmp_path, in_own_folder):
         result = run("info", "a.hair")
     assert result.exit_code == 0
     assert result.stderr.startswith("warning: a.hair: its radius is up to 1000, more than the size of its whole scene")
+
+
+def test_info_tells_of_trees(tmp_path, in_own_folder):
+    from support.command_line import run
+
+    fl.build(fl.Lines.from_points(POINTS, [4]).with_radius(9)).save(tmp_path / "a.flt")
+    with warnings.catch_warnings():
+        warnings.simplefilter("default", fl.FileWarning)
+        result = run("info", "a.flt")
+        assert result.stderr.startswith("warning: a.flt: its radius is up to 9, more than the size of its whole scene")
+        assert "--no-own-radius" in result.stderr
+        assert "radius" not in run("info", "a.flt", "--no-own-radius").stderr

@@ -167,3 +167,24 @@ def test_damaged_text(load):
 
 def test_alembic_is_told_how_to_get_there(load):
     assert "is Alembic, which is not read; import it in Blender or Houdini, and" in message_of(load, b"Ogawa", "a.abc")
+
+
+@pytest.mark.parametrize("change", [lambda t: t.encode("utf-8-sig"), lambda t: t.encode("utf-16"), None])
+def test_files_beside_a_packed_or_marked_one_are_found(tmp_path, change):
+    prims = 'def BasisCurves "c" { uniform token type = "linear" int[] curveVertexCounts = [2]'
+    layer = f'#usda 1.0\n(defaultPrim = "c")\n{prims}\npoint3f[] points = [(0, 0, 0), (1, 0, 0)]\n}}\n'
+    (tmp_path / "part.usda").write_text(layer.replace(" int[]", "\nint[]").replace("{ uniform", "{\nuniform"))
+    text = '#usda 1.0\ndef "a" (references = @./part.usda@) {}\n'
+    path = tmp_path / ("whole.usda" if change else "whole.usda.gz")
+    path.write_bytes(change(text) if change else gzip.compress(text.encode()))
+    assert len(fl.read(path)) == 1
+
+
+def test_what_is_odd_about_an_instancer_names_it(load):
+    head = 'def PointInstancer "trees" {\nint[] protoIndices = [0]\npoint3f[] positions = [(0, 0, 0)]\n'
+    with pytest.warns(fl.FileWarning, match="left out, as there is no prototype /oak .*/trees"):
+        assert len(load(f"#usda 1.0\n{head}rel prototypes = </oak>\n}}\n".encode(), "a.usda")) == 0
+    turns = "quath[] orientations = [(1, 0, 0, 0), (1, 0, 0, 0)]\n"
+    with pytest.warns(fl.FileWarning) as told:
+        load(f"#usda 1.0\n{head}{turns}rel prototypes = </oak>\n}}\n".encode(), "a.usda")
+    assert any("/trees -- found [2] orientations" in str(warning.message) for warning in told)

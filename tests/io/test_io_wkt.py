@@ -226,7 +226,7 @@ def test_rows_with_too_many_fields(load):
         (
             "a.csv",
             "wkt\nLINESTRING (0 0, 1 1\n",
-            "line 2: 'LINESTRING .0 0' does not end as it should; expected a LINESTRING",
+            "line 2: 'LINESTRING .0 0, 1 1' does not end as it should; expected a LINESTRING",
         ),
         (
             "a.csv",
@@ -292,3 +292,18 @@ def test_long_runs_take_no_time(load):
     n = 200_000
     for text in (f"LINESTRING{' ' * n}x", "SRID=" + "1" * n, "A" * n, "(" * n, " " * n + "("):
         message_of(load, b"wkt\n" + text.encode(), "a.csv")
+
+
+def test_a_single_column_needs_no_quotes(load):
+    lines = load(b"geom\r\nLINESTRING (0 0, 1 0)\r\nMULTILINESTRING ((0 0, 1 1), (2 2, 3 3))\r\n", "a.csv")
+    assert lines.attributes["feature"].tolist() == [0, 1, 1]
+
+
+@pytest.mark.parametrize("word", ["NULL", "None", "nan", "EMPTY"])
+def test_words_for_no_geometry_are_counted(load, word):
+    with pytest.warns(FileWarning, match="1 without a geometry"):
+        lines = load(f"{word}\n# comment\nLINESTRING (0 0, 1 0)\n".encode(), "a.wkt")
+    assert lines.attributes["feature"].tolist() == [1]
+    with pytest.warns(FileWarning, match="1 without a geometry"):
+        lines = load(f'id,geom\n7,{word}\n8,"LINESTRING (0 0, 1 0)"\n'.encode(), "a.csv")
+    assert lines.attributes["id"].tolist() == [8]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import sys
+import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -14,14 +15,14 @@ import typer
 
 from .. import scenes
 from ..camera import Camera
-from ..errors import InputError
+from ..errors import FileWarning, InputError
 from ..geometry.any_geometry import AnyGeometry
 from ..geometry.collection import Geometry
 from ..geometry.curves import Curves
 from ..geometry.lines import Lines
 from ..geometry.offsets import AUTO, OFFSET, Offset, check_offset
 from ..io import Format, extension_of, format_of, read
-from ..io.reading import check_path
+from ..io.reading import check_path, thickness_oddity
 from ..support.atomic_write import atomic_write, check_target
 from ..support.texts import counted
 from ..tree import Tree, load
@@ -82,7 +83,11 @@ def open_input(
 ) -> Source:
     """Read a file of lines, a tree or a scene, as the argument INPUT names it; leave out the radius if wanted."""
     source = _open(text, skip_invalid, format, options)
-    return source if own_radius else _without_radius(source)
+    if not own_radius:
+        return _without_radius(source)
+    if source.tree is not None and (oddity := thickness_oddity(source.geometry)) is not None:
+        warnings.warn(f"{text}: {oddity}", FileWarning, stacklevel=2)
+    return source
 
 
 def _open(text: str, skip_invalid: bool, format: str | None, options: Sequence[str] | None) -> Source:

@@ -22,14 +22,15 @@ import numpy as np
 from ..arrays import AnyArray, IntArray, kind_of
 from ..errors import InputError
 from ..support.distinct import is_among
+from ..support.texts import kinds_text
 from .lines import Lines
 from .making import Making, has
 from .strand_attributes import FEATURE, array_of, objects, with_strand_values
 
 #: The numbers that shapely has for types of geometries.
 _LINES, _POLYGON, _MANY = (1, 2), 3, (4, 5, 6, 7)
-#: The unit of a reference system that is not in degrees, by its name in PROJ.
-_UNITS = {"metre": "m", "foot": "ft", "kilometre": "km", "degree": "degree"}
+#: The unit of a reference system, by its name in PROJ.
+MAP_UNITS = {"metre": "m", "foot": "ft", "kilometre": "km", "degree": "degree"}
 
 
 def of_features(obj: Any, how: Making) -> Lines | None:
@@ -81,8 +82,7 @@ def _of_geometries(geometries: AnyArray, how: Making) -> Lines:
     for part in parts[~is_line & (types >= 0)]:
         others[part.geom_type] = others.get(part.geom_type, 0) + 1
     if others:
-        counted = ", ".join(f"{n} {kind}" for kind, n in others.items())
-        how.warn(f"geometries without a line are not read: {counted}")
+        how.warn(f"geometries without a line are not read: {kinds_text(others)}")
     is_line &= ~shapely.is_empty(parts)
     parts, owner = parts[is_line], owner[is_line]
     points, line = shapely.get_coordinates(parts, include_z=True, return_index=True)
@@ -146,4 +146,4 @@ def _values(column: Any) -> AnyArray | None:
 def _facts(crs: Any) -> dict[str, Any]:
     """Return the unit of a reference system, if it is known, and the upward axis of maps."""
     axes = getattr(crs, "axis_info", ())
-    return {"unit": _UNITS.get(axes[0].unit_name) if axes else None, "up": "z"}
+    return {"unit": MAP_UNITS.get(axes[0].unit_name) if axes else None, "up": "z"}

@@ -22,6 +22,7 @@ import numpy as np
 
 from ..arrays import AnyArray, kind_of
 from ..errors import InputError
+from ..support.texts import kinds_text
 from .join_lines import join_lines
 from .lines import Lines
 from .making import Making, flat_column, has
@@ -39,7 +40,7 @@ def of_vtk(obj: Any, how: Making) -> Lines | None:
     if has(obj, "GetBlock", "GetNumberOfBlocks"):
         return _of_blocks(obj, how)
     if has(obj, "GetPointData", "GetCellData") and not has(obj, "point_data", "n_cells"):
-        return _of_mesh(_arrays_of(obj), kind_of(obj), how)
+        return _of_mesh(_as_pyvista(obj), kind_of(obj), how)
     return _of_mesh(obj, kind_of(obj), how)
 
 
@@ -61,6 +62,8 @@ def _of_mesh(mesh: Any, name: str, how: Making) -> Lines | None:
         cells, used = line_cells(cells, types) if len(types) == len(cells.counts) else (None, used)
     if cells is None or ((cells.points < 0) | (cells.points >= len(points))).any():
         raise InputError(f"{name}: its lines name points beyond its {len(points)} points, or are cut short")
+    if len(points) and not n_cells:
+        how.warn(f"the {len(points)} points of {name} are not read, as no line joins them")
     if n_cells > len(cells.counts):
         how.warn(f"{n_cells - len(cells.counts)} cells of {name} are {others}, and are not read")
     return lines_of_cells(
@@ -91,7 +94,7 @@ def _of_blocks(obj: Any, how: Making) -> Lines:
         elif block is not None:
             others[type(block).__name__] = others.get(type(block).__name__, 0) + 1
     if others:
-        how.warn(f"blocks of {kind_of(obj)} that are no lines are not read: {_counted(others)}")
+        how.warn(f"blocks of {kind_of(obj)} that are no lines are not read: {kinds_text(others)}")
     if not parts:
         raise InputError(f"{kind_of(obj)} has no block of lines; expected a PolyData or an UnstructuredGrid in it")
     return join_lines(parts, BLOCK, numbers, lambda text: how.warn(f"{kind_of(obj)}: {text}"))
@@ -111,11 +114,11 @@ def _blocks(obj: Any, depth: int) -> Iterator[Any]:
 
 def _points_of(mesh: Any) -> AnyArray:
     """Return the points of a mesh of PyVista or VTK."""
-    points = mesh.points if has(mesh, "point_data", "n_cells") else _arrays_of(mesh).points
+    points = mesh.points if has(mesh, "point_data", "n_cells") else _as_pyvista(mesh).points
     return np.asarray(points).reshape(-1, 3)
 
 
-def _arrays_of(obj: Any) -> SimpleNamespace:
+def _as_pyvista(obj: Any) -> SimpleNamespace:
     """Return the arrays of an object of VTK by the names that PyVista gives them."""
     to_numpy = import_module("vtkmodules.util.numpy_support").vtk_to_numpy  # of the library that made the object
 
@@ -148,10 +151,6 @@ def _values(array: Any, to_numpy: Callable[[Any], AnyArray]) -> AnyArray:
     if not array.IsA("vtkDataArray"):
         return np.array([str(array.GetValue(i)) for i in range(array.GetNumberOfValues())])
     return to_numpy(array)
-
-
-def _counted(kinds: dict[str, int]) -> str:
-    return ", ".join(f"{n} {kind}" for kind, n in kinds.items())
 
 
 def _items(data: Any) -> list[tuple[str, AnyArray]]:

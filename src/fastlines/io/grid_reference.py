@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from ..arrays import FloatArray
+from ..arrays import FloatArray, kind_of
 from ..errors import FileFormatError, InputError
 from ..geometry.any_geometry import AnyGeometry
 from ..geometry.lines import Lines
@@ -83,7 +83,7 @@ def _of_object(reference: Any) -> VoxelGrid | None:
         return VoxelGrid.from_parts("reference", header.get_data_shape(), header.get_best_affine(), _sizes(header))
     if hasattr(reference, "affine") and hasattr(reference, "shape"):
         return VoxelGrid.from_parts("reference", reference.shape, reference.affine, _sizes(header))
-    raise InputError(f"reference is a {type(reference).__name__}; expected {_EXPECTED}")
+    raise InputError(f"reference is {kind_of(reference)}; expected {_EXPECTED}")
 
 
 def _sizes(header: Any) -> Any:

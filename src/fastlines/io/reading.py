@@ -161,21 +161,23 @@ def _parse(row: Format, source: Source, invalid: str, options: dict[str, Any]) -
             f"{source.name}: the format {row.name!r} returned {kind_of(lines)}; expected Lines, Curves or a "
             "Geometry of several"
         )
-    _warn_of_thickness(source, lines)
+    if (oddity := thickness_oddity(lines)) is not None:
+        source.warn(oddity)
     parts = [_with_conventions(part, row) for part in lines.each_part()]
     if row.module is not None and source.offset is not None:  # readers of others know of no offset
         parts = [with_offset(part, source.offset) if part.offset == NO_OFFSET else part for part in parts]
     return Geometry(parts) if lines.has_parts else parts[0]
 
 
-def _warn_of_thickness(source: Source, lines: AnyLines) -> None:
-    """Warn of lines that are thicker than all of them are long; a single point may be a ball."""
+def thickness_oddity(lines: AnyGeometry) -> str | None:
+    """Say that lines are thicker than all of them are long; a single point may be a ball."""
     radius, size = lines.max_radius, float(np.ptp(lines.bounds, axis=0).max()) if len(lines) else 0.0
-    if radius > size > 0:
-        source.warn(
-            f"its radius is up to {radius:.4g}, more than the size of its whole scene, {size:.4g}; if that is a "
-            "mistake, replace it by lines.with_radius(…)"
-        )
+    if not radius > size > 0:
+        return None
+    return (
+        f"its radius is up to {radius:.4g}, more than the size of its whole scene, {size:.4g}; if that is a mistake, "
+        "replace it by lines.with_radius(…), or leave it out by --no-own-radius on the command line"
+    )
 
 
 def _with_conventions(part: Any, row: Format) -> Any:
@@ -191,7 +193,10 @@ def _start_of(path: Path) -> bytes:
         return b""
     try:
         with (gzip.open if path.suffix.lower() == ".gz" else open)(path, "rb") as file:
-            return bytes(file.read(N_START))
+            start = Source(bytes(file.read(N_START)), str(path))
+        return start.as_utf8().data
+    except FileFormatError:  # a letter is cut in two
+        return b""
     except (OSError, EOFError, ValueError):
         return b""
 

@@ -76,8 +76,8 @@ class VoxelGrid:
     @classmethod
     def from_parts(cls, name: str, dimensions: Any, matrix: Any, sizes: Any = None, order: Any = None) -> VoxelGrid:
         """Check the parts of a grid; sizes and order are by default those of the matrix."""
-        shape = np.asarray(dimensions)
-        if shape.ndim != 1 or len(shape) < 3 or shape.dtype.kind not in "iu" or (shape[:3] < 1).any():
+        shape = _whole(dimensions)
+        if shape is None or (shape < 1).any():
             raise InputError(f"{name}: its dimensions are {dimensions!r}; expected three numbers of voxels, 1 or more")
         to_world = None if matrix is None else _numbers(name, "voxel_to_rasmm", matrix, (4, 4))
         if to_world is not None and np.linalg.matrix_rank(to_world[:3, :3]) < 3:
@@ -92,7 +92,7 @@ class VoxelGrid:
             text = axis_directions(to_world[:3, :3])
         if not isinstance(text, str) or not is_order(text.strip().upper()):
             raise InputError(f"{name}: its voxel_order is {order!r}; expected three directions, such as 'RAS'")
-        return cls(shape[:3].astype(np.int64), checked, text.strip().upper(), to_world)
+        return cls(shape, checked, text.strip().upper(), to_world)
 
     @classmethod
     def around(cls, points: FloatArray) -> VoxelGrid:
@@ -199,6 +199,18 @@ def axis_directions(matrix: Matrix) -> str:
 def _axis_of(letter: str) -> int:
     """Return which axis of the world a letter names; -1 if none."""
     return next((axis for axis, letters in enumerate(_DIRECTIONS) if letter in letters), -1)
+
+
+def _whole(dimensions: Any) -> npt.NDArray[np.int64] | None:
+    """Return three whole numbers of voxels, which JSON may have as 9.0; None if they are something else."""
+    try:
+        shape = np.asarray(dimensions)[:3]
+    except (ValueError, IndexError):  # lists of different lengths, or a single number
+        return None
+    if shape.shape != (3,) or shape.dtype.kind not in "iuf" or not (np.abs(shape) < 2**62).all():
+        return None
+    whole = shape.astype(np.int64)
+    return whole if (whole == shape).all() else None
 
 
 def _numbers(name: str, part: str, values: Any, shape: tuple[int, ...]) -> Matrix:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 
 
 def number_text(number: float) -> str:
@@ -52,6 +52,17 @@ def counted(number: int, nouns: str) -> str:
     ('1 node', '1,200 nodes', '0 boxes', '1 box', '1 leaf')
     """
     return f"{number:,} {singular(nouns) if number == 1 else nouns}"
+
+
+def kinds_text(kinds: Mapping[str, int]) -> str:
+    """Write how many things there are of each kind, by the names of the kinds as they are.
+
+    Examples
+    --------
+    >>> kinds_text({"Point": 2, "Polygon": 1200})
+    '2 Point, 1,200 Polygon'
+    """
+    return ", ".join(f"{number:,} {kind}" for kind, number in kinds.items())
 
 
 def singular(nouns: str) -> str:

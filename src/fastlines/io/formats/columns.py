@@ -11,6 +11,7 @@ import numpy.typing as npt
 from ...arrays import AnyArray
 from ...geometry.lines import Lines
 from ...geometry.strand_attributes import FEATURE, NO_TEXT, array_of, objects, with_strand_values
+from ...support.texts import listed
 from ..source import Source
 
 #: What stands for a missing value in text, in lower case.
@@ -63,7 +64,7 @@ def column_of(words: Sequence[str]) -> Sequence[object]:
         return values
 
 
-def arrays_of(
+def kept_columns(
     source: Source, columns: Mapping[str, tuple[Sequence[int], Sequence[object]]], n_rows: int, what: str
 ) -> dict[str, AnyArray]:
     """Return the columns of numbers and of texts as arrays of n rows, and warn once of the others.
@@ -87,34 +88,21 @@ def arrays_of(
             arrays[name] = np.repeat(missing, n_rows)
             arrays[name][rows] = found
     if dropped:
-        source.warn(f"{what} that hold neither numbers nor texts are not kept: {listed(sorted(dropped))}")
+        source.warn(f"{what} that hold neither numbers nor texts are not kept: {quoted(sorted(dropped))}")
     if sparse:
-        source.warn(f"{len(sparse)} {what} with few values are not kept: {listed(sorted(sparse))}")
+        source.warn(f"{len(sparse)} {what} with few values are not kept: {quoted(sorted(sparse))}")
     return {name: arrays[name] for name in columns if name in arrays}
 
 
-def listed(names: Iterable[str]) -> str:
+def quoted(names: Iterable[str]) -> str:
     """Name some things for a warning.
 
     Examples
     --------
-    >>> listed(["name", "tags"])
+    >>> quoted(["name", "tags"])
     "'name', 'tags'"
     """
-    names = list(names)
-    more = f" and {len(names) - SHOWN} more" if len(names) > SHOWN else ""
-    return ", ".join(repr(name[:60]) for name in names[:SHOWN]) + more
-
-
-def counted(kinds: Mapping[str, int]) -> str:
-    """Count things of several kinds for a warning.
-
-    Examples
-    --------
-    >>> counted({"Point": 2, "Polygon": 1})
-    '2 Point, 1 Polygon'
-    """
-    return ", ".join(f"{n} {kind}" for kind, n in kinds.items())
+    return listed((repr(name[:60]) for name in names), most=SHOWN)
 
 
 def with_features(
@@ -135,6 +123,6 @@ def radius_of(source: Source, per_strand: dict[str, AnyArray], name: str | None,
     if name is None:
         return None
     if name not in per_strand or per_strand[name].dtype == object:
-        known = listed(name for name, values in per_strand.items() if values.dtype != object) or "none"
+        known = quoted(name for name, values in per_strand.items() if values.dtype != object) or "none"
         raise source.error(f"has no {what} {name!r} of numbers for the radius; those of numbers are: {known}")
     return source.radius(f"values of {name!r}, taken as the radius,", per_strand.pop(name))

@@ -27,9 +27,10 @@ from ...arrays import LEAST, number
 from ...geometry.lines import Lines
 from ...geometry.strand_attributes import NO_TEXT, objects
 from ...support.optional import optional
+from ...support.texts import kinds_text
 from ..source import BAD_COPY, Source, reason
-from .columns import counted, with_features
-from .dxf_records import Record, without_bad
+from .columns import with_features
+from .dxf_records import Record, text_of, without_bad
 
 Float64Array = npt.NDArray[np.float64]
 
@@ -95,13 +96,13 @@ def read(source: Source, invalid: str, *, tolerance: float | None = None) -> Lin
         texts["layer_name"].append(layer)
         texts["handle"].append(handle)
     if bad:
-        source.warn(f"entities that cannot be read are left out: {counted(bad)} ({why.rstrip('.')})")
+        source.warn(f"entities that cannot be read are left out: {kinds_text(bad)} ({why.rstrip('.')})")
     n_elsewhere = sum(entity.dxftype() in _LINES for name in drawing.layouts.names() if name != "Model"
                       for entity in drawing.layouts.get(name))  # fmt: skip
     if n_elsewhere:
         others["lines of layouts"] = n_elsewhere
     if others:
-        source.warn(f"entities other than lines of the model space are not read: {counted(others)}")
+        source.warn(f"entities other than lines of the model space are not read: {kinds_text(others)}")
     points = np.concatenate([np.empty((0, 3)), *strands])
     lines = Lines.from_points(points, [len(part) for part in strands], offset=source.offset, invalid=invalid)
     unit = _UNITS.get(drawing.header.get("$INSUNITS", 0))
@@ -112,7 +113,7 @@ def read(source: Source, invalid: str, *, tolerance: float | None = None) -> Lin
 def _open(source: Source, ezdxf: Any) -> Any:
     """Open the drawing; one that breaks the rules of the format is repaired as far as the library can.
 
-    Where it cannot, the entities that it refuses are left out.
+    Where it cannot, the entities, variables and sections that it refuses are left out.
     """
     logging.getLogger("ezdxf").addHandler(logging.NullHandler())  # or the library prints to stderr
     recover = optional("ezdxf.recover", "reading .dxf", "cad")
@@ -130,8 +131,8 @@ def _open(source: Source, ezdxf: Any) -> Any:
 
     loaded = load(source.data)
     bad: list[Record] = []
-    if loaded is None and not source.data.startswith(_BINARY):
-        rest, bad = without_bad(source.data, lambda data: load(data) is not None)
+    if loaded is None:
+        rest, bad = without_bad(_text(source), lambda data: load(data) is not None)
         loaded = load(rest) if bad else None
     if loaded is None:
         if b"SECTION" in source.data:
@@ -140,11 +141,22 @@ def _open(source: Source, ezdxf: Any) -> Any:
     drawing, audit = loaded
     if bad:
         kinds = [record.kind for record in bad]
-        numbers = counted({kind: kinds.count(kind) for kind in dict.fromkeys(kinds)})
-        source.warn(f"entities that break the rules of the format are left out: {numbers} ({why})")
+        numbers = kinds_text({kind: kinds.count(kind) for kind in dict.fromkeys(kinds)})
+        source.warn(f"parts that break the rules of the format are left out: {numbers} ({why})")
     else:
         source.warn(f"breaks the rules of the format ({why}); {len(audit.fixes)} mistakes were repaired to read it")
     return drawing
+
+
+def _text(source: Source) -> bytes:
+    """Return the drawing as text, if it is binary."""
+    if not source.data.startswith(_BINARY):
+        return source.data
+    tagger = optional("ezdxf.lldxf.tagger", "reading .dxf", "cad")
+    try:
+        return text_of(tagger.binary_tags_loader(source.data))
+    except Exception:  # whatever the library raises for values that make no sense
+        return b""
 
 
 def _lines_of(

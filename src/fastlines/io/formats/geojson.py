@@ -12,6 +12,7 @@ longitude of 180° is exact to 8e-6°, about 1 m.
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from itertools import pairwise
@@ -24,10 +25,11 @@ import numpy.typing as npt
 from ...arrays import IntArray, is_text
 from ...geometry.lines import Lines
 from ...geometry.strand_attributes import FEATURE
+from ...support.texts import kinds_text
 from ..losses import conventions, free_name, strand_numbers
 from ..polylines import Polylines, polylines_of
 from ..source import Source, printable, reason
-from .columns import arrays_of, counted, radius_of, with_features
+from .columns import kept_columns, radius_of, with_features
 
 Float64Array = npt.NDArray[np.float64]
 
@@ -65,7 +67,7 @@ def read(source: Source, invalid: str, *, radius: str | None = None) -> Lines:
             raise source.error(f"holds {what}; expected GeoJSON, such as a FeatureCollection")
         found.add(document)
     if found.others:
-        source.warn(f"features and geometries without a line are not read: {counted(found.others)}")
+        source.warn(f"features and geometries without a line are not read: {kinds_text(found.others)}")
     if found.n_long:
         source.warn(f"{found.n_long} lines have more than 3 numbers a point; only 3 are read")
 
@@ -77,7 +79,7 @@ def read(source: Source, invalid: str, *, radius: str | None = None) -> Lines:
             rows, values = columns.setdefault(printable(name), ([], []))
             rows.append(row)
             values.append(value)
-    per_feature = arrays_of(source, columns, len(features), "properties")
+    per_feature = kept_columns(source, columns, len(features), "properties")
     per_strand = {name: values[owner] for name, values in per_feature.items()}
     radii = radius_of(source, per_strand, radius, "property")
     points = np.concatenate([np.empty((0, 3)), *found.points])
@@ -93,11 +95,11 @@ def _documents(source: Source) -> list[Any]:
         try:
             return [_parse(text)]
         except json.JSONDecodeError as error:
-            lines = [line for line in text.split("\n") if line.strip(" \t\r\x1e")]
+            lines = [line for line in re.split("[\r\n]", text) if line.strip(" \t\x1e")]
             if len(lines) < 2 and "\x1e" not in text:
                 raise
             try:
-                return [_parse(line.strip(" \t\r\x1e")) for line in lines]
+                return [_parse(line.strip(" \t\x1e")) for line in lines]
             except json.JSONDecodeError:
                 raise error from None
     except json.JSONDecodeError as error:

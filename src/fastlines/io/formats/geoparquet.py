@@ -17,21 +17,23 @@ import pyarrow.compute as pc
 
 from ...arrays import AnyArray, IntArray
 from ...geometry.lines import Lines
+from ...geometry.map_features import MAP_UNITS
 from ...geometry.strand_attributes import NO_TEXT, objects
+from ...support.texts import kinds_text
 from ..source import Source
-from .columns import counted, with_features
+from .columns import with_features
 from .wkb import Float64Array, Wkb
 
 GEO = b"geo"
-_NAME = b"ARROW:extension:name"
+_NAME, _ABOUT = b"ARROW:extension:name", b"ARROW:extension:metadata"
 #: Encodings by what GeoParquet and GeoArrow call them.
 _WKB = ("wkb", "geoarrow.wkb", "ogc.wkb")
 _LISTS = {
     "linestring": 1, "geoarrow.linestring": 1, "multilinestring": 2, "geoarrow.multilinestring": 2,
 }  # fmt: skip
 _OTHERS = ("point", "polygon", "multipoint", "multipolygon")
-#: What PROJJSON calls units.
-_UNITS = {"degree": "degree", "metre": "m", "foot": "ft"}
+#: The systems of longitudes and latitudes that need no description.
+_DEGREES = ("EPSG:4326", "OGC:CRS84")
 
 
 class Geometries:
@@ -66,7 +68,7 @@ class Geometries:
 
 def find_geometries(schema: Any) -> Geometries | None:
     """Return the column of geometries that a schema names; None if there is none."""
-    facts = _facts(schema)
+    facts = _object((schema.metadata or {}).get(GEO, b"{}"))
     columns = facts.get("columns")
     columns = columns if isinstance(columns, dict) else {}
     usual = ("geometry", "geom") if GEO in (schema.metadata or {}) else ()
@@ -81,7 +83,8 @@ def find_geometries(schema: Any) -> Geometries | None:
     for field in schema:
         known = getattr(field.type, "extension_name", "") or (field.metadata or {}).get(_NAME, b"").decode("latin-1")
         if known in (*_WKB, *_LISTS):
-            return Geometries(schema, field.name, known, {})
+            about = _object((field.metadata or {}).get(_ABOUT, b"{}"))
+            return Geometries(schema, field.name, known, {"crs": about["crs"]} if "crs" in about else {})
     return None
 
 
@@ -110,7 +113,7 @@ def lines_of(
         points, counts, m, rows = np.empty((0, 3)), np.empty(0, np.int64), None, np.empty(0, np.int64)
         others[geometries.encoding.upper()] = len(column) - column.null_count
     if others:
-        source.warn(f"rows and geometries without a line are not read: {counted(others)}")
+        source.warn(f"rows and geometries without a line are not read: {kinds_text(others)}")
     if geometries.system is not None:
         source.warn(
             f"its coordinates are in the reference system {geometries.system:.80}, whose unit is not known here"
@@ -189,17 +192,19 @@ def _texts(column: Any, rows: IntArray) -> AnyArray:
     return np.asarray(np.concatenate(values)[rows])
 
 
-def _facts(schema: Any) -> dict[str, Any]:
-    """Return what a schema says of geometries; nothing if that is not JSON."""
+def _object(text: bytes) -> dict[str, Any]:
+    """Return an object in JSON, such as what a schema says of geometries; an empty one if it is none."""
     try:
-        facts = json.loads((schema.metadata or {}).get(GEO, b"{}"))
+        found = json.loads(text)
     except (ValueError, RecursionError):
         return {}
-    return facts if isinstance(facts, dict) else {}
+    return found if isinstance(found, dict) else {}
 
 
 def _unit(crs: Any) -> str | None:
-    """Return the unit of the first axis of a reference system in PROJJSON."""
+    """Return the unit of the first axis of a reference system in PROJJSON, or of one by its name."""
+    if isinstance(crs, str) and crs.upper() in _DEGREES:
+        return "degree"
     system = crs.get("coordinate_system") if isinstance(crs, dict) else None
     axes = system.get("axis") if isinstance(system, dict) else None
     unit = axes[0].get("unit") if isinstance(axes, list) and axes and isinstance(axes[0], dict) else None
@@ -208,4 +213,4 @@ def _unit(crs: Any) -> str | None:
     identity = crs.get("id") if isinstance(crs, dict) else None
     if unit is None and isinstance(identity, dict) and str(identity.get("code")) in ("4326", "CRS84"):
         return "degree"
-    return _UNITS.get(unit) if isinstance(unit, str) else None
+    return MAP_UNITS.get(unit) if isinstance(unit, str) else None

@@ -26,7 +26,7 @@ from ...errors import FileFormatError
 from ...geometry.lines import Lines
 from ...geometry.strand_attributes import FEATURE, with_strand_values
 from ..source import Source, printable, reason
-from .columns import arrays_of, column_of, listed, with_features
+from .columns import column_of, kept_columns, quoted, with_features
 
 _POINTS = {"trkpt": "trkseg", "rtept": "rte"}
 #: The attribute that counts tracks.
@@ -51,13 +51,13 @@ def read(source: Source, invalid: str, *, elevation: bool = True) -> Lines:
     if reader.n_waypoints:
         source.warn(f"{reader.n_waypoints} waypoints are not read")
     if reader.texts:
-        source.warn(f"texts of points are not kept: {listed(sorted(reader.texts))}")
+        source.warn(f"texts of points are not kept: {quoted(sorted(reader.texts))}")
     if reader.n_bad_times:
         source.warn(f"{reader.n_bad_times} times of points are not dates, and become NaN")
 
     points = np.zeros((len(reader.longitudes), 3))
     points[:, 0], points[:, 1] = reader.longitudes, reader.latitudes
-    attributes = arrays_of(source, reader.columns, len(points), "elements of points")
+    attributes = kept_columns(source, reader.columns, len(points), "elements of points")
     heights = attributes.get("ele")
     if elevation and heights is not None:
         del attributes["ele"]
@@ -204,7 +204,7 @@ class _Reader:
                 rows.append(row)
                 texts.append(text)
         columns = {name: (rows, column_of(texts)) for name, (rows, texts) in found.items()}
-        return arrays_of(self.source, columns, len(self.features), "elements of tracks")
+        return kept_columns(self.source, columns, len(self.features), "elements of tracks")
 
 
 def _seconds(text: str) -> float:

@@ -29,6 +29,7 @@ from ...geometry.strand_attributes import objects
 from ...support.optional import optional
 from ..source import Source, reason
 from .bonds import CrowdedError, bonded
+from .number_text import unify
 
 _CIF = re.compile(r"(?:\s|#[^\n]*\n)*(?:data_|global_|loop_)", re.IGNORECASE)
 #: Types of listed connections that are bonds.
@@ -79,7 +80,7 @@ def read(source: Source, invalid: str, *, model: int = 1, tolerance: float = 0.4
 
 def _structure(source: Source, gemmi: Any) -> Any:
     """Parse the file, in the format that it is in."""
-    text = source.text().encode("ascii", "replace").decode("ascii")  # names may hold anything
+    text = unify(source.text().encode("ascii", "replace")).decode("ascii")  # names may hold anything
     is_cif = _CIF.match(text) is not None
     try:
         if not is_cif:

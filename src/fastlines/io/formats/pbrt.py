@@ -19,6 +19,7 @@ import numpy.typing as npt
 
 from ...arrays import FloatArray, IntArray
 from ...geometry.curves import Curves
+from ...support.texts import kinds_text
 from ..source import UNPACK_BYTES, UNPACK_FACTOR, Source
 from .number_text import Float64Array, number_lines
 from .pbrt_scene import KINDS, Scene
@@ -35,8 +36,7 @@ def read(source: Source, invalid: str) -> Curves:
     scene = Scene(source)
     scene.read()
     if scene.others:
-        kinds = ", ".join(f"{number} {kind}" for kind, number in scene.others.most_common(4))
-        source.warn(f"its shapes that are not curves ({kinds}) are not read")
+        source.warn(f"its shapes that are not curves ({kinds_text(dict(scene.others.most_common(4)))}) are not read")
     if scene.n_ribbons:
         source.warn(f"its {scene.n_ribbons} ribbons are read as round curves of the same width, without their normals")
     control, n_curves = _bezier(source, scene)

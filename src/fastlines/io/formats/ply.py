@@ -22,6 +22,7 @@ import numpy.typing as npt
 
 from ...arrays import IntArray
 from ...geometry.lines import Lines
+from ...support.texts import kinds_text
 from ..losses import not_held, strand_numbers
 from ..polylines import polylines_of
 from ..source import Source
@@ -42,8 +43,12 @@ def read(source: Source, invalid: str) -> Lines:
     if n_faces := elements.counts.get("face", 0):
         source.warn(f"its {n_faces} faces are not read; only its edges are lines")
     if not elements.counts.get("edge"):
-        if (n_vertices := elements.counts.get("vertex", 0)) and not n_faces:
+        n_vertices = elements.counts.get("vertex", 0)
+        others = {name: n for name, n in elements.counts.items() if n and name not in ("vertex", "face", "edge")}
+        if n_vertices and not n_faces:
             source.warn(f"its {n_vertices} vertices are not read, as no edge joins them")
+        elif others and not n_faces:
+            source.warn(f"its elements are not read, as none is an edge: {kinds_text(others)}")
         return Lines.from_segments(np.empty((0, 2, 3)))
     vertices, edges = elements.columns.get("vertex", {}), elements.columns["edge"]
     for element, columns, names in (("vertex", vertices, _VERTEX), ("edge", edges, _EDGE)):

@@ -186,7 +186,7 @@ def _header(source: Source) -> tuple[list[Element], Literal["<", ">"] | None, li
     """Return the elements, the byte order (None for text), where the data may start, and the lines of the header.
 
     Some programs end the lines of a header differently. A carriage return and a line feed behind it are one end or two:
-    the second may be the first byte of the data.
+    the second may be the first byte of the data. Blank lines may follow the header.
     """
     begin = re.match(rb"ply[ \t]*(\r\n|\n|\r)", source.data)
     if not begin:
@@ -197,6 +197,8 @@ def _header(source: Source) -> tuple[list[Element], Literal["<", ">"] | None, li
     starts = [end.end(), end.end() - 1] if end[1] == b"\r\n" else [end.end()]
     if begin[1] == b"\r":
         starts.reverse()
+    blank = len(re.match(rb"[\r\n]{0,4}", source.data[end.end() : end.end() + 4])[0])  # type: ignore[index]
+    starts += range(end.end() + 1, end.end() + blank + 1)
     lines = _split_lines(source.data[begin.end() : end.start()])
     order: Literal["<", ">"] | None = None
     has_format = False

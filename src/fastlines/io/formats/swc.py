@@ -33,12 +33,14 @@ from .sections import count_rootless, find_sections
 
 UNIT = "µm"
 _COMMENT = re.compile(rb"#[^\n]*")
-#: The words of comments that change what coordinates mean, and three numbers each.
-_WORDS = re.compile(
-    rb"^[ \t]*#[ \t]*(OFFSET|SCALE|SHRINKAGE_CORRECTION)[ \t:=]+([^\s,]+)[ \t,]+([^\s,]+)[ \t,]+([^\s,]+)[ \t]*$",
+#: Comments that change what coordinates mean: a word, and numbers.
+_WORDS = re.compile(rb"^[ \t]*#+[ \t]*(OFFSET|SCALE|SHRINKAGE[_ ]CORRECTION)\b([^\n]*)", re.IGNORECASE | re.MULTILINE)
+#: What may stand around these numbers.
+_BETWEEN = re.compile(rb"[\s,;:=()\[\]]+|(?<![\w.])[XYZ](?![\w.])", re.IGNORECASE)
+_UNITS = re.compile(
+    rb"^[ \t]*#(?:[^\n]*\"units?\"\s*:\s*\"(?:1 )?([^\"\n]*)\"|[# \t]*units?[ \t:=]+([^\s,;.]+)[ \t]*$)",
     re.IGNORECASE | re.MULTILINE,
 )
-_UNITS = re.compile(rb"^[ \t]*#[^\n]*\"units?\"\s*:\s*\"(?:1 )?([^\"\n]*)\"", re.IGNORECASE | re.MULTILINE)
 #: What files call the unit of the format.
 _MICRONS = ("µm", "μm", "um", "micron", "microns", "micrometer", "micrometers", "micrometre", "micrometres")
 #: The largest whole number up to which float64 holds all of them.
@@ -120,10 +122,17 @@ def _offset(source: Source, text: bytes) -> Float64Array:
     """Return what the comment OFFSET adds to coordinates, (3,); warn of comments that say more and are not used."""
     offset = np.zeros(3)
     found: dict[str, Float64Array] = {}
-    for word, *given in _WORDS.findall(text):
-        name, numbers = word.decode().upper(), parse_numbers(b" ".join(given))
-        if numbers is None or len(numbers) != 3 or not np.isfinite(numbers).all():
+    for word, rest in _WORDS.findall(text):
+        name, words = word.decode().upper().replace(" ", "_"), _BETWEEN.sub(b" ", rest).split()
+        if not words or parse_numbers(words[0]) is None:
             continue  # prose that begins with the word
+        numbers = parse_numbers(b" ".join(words))
+        if numbers is not None and len(numbers) == 1 and name != "OFFSET":
+            numbers = np.repeat(numbers, 3)
+        if numbers is None or len(numbers) != 3 or not np.isfinite(numbers).all():
+            shown = f"{name}{rest.decode('utf-8', 'replace').rstrip()}"[:60]
+            source.warn(f"its comment {shown!r} does not have three numbers alone, and is not used")
+            continue
         if not np.array_equal(found.setdefault(name, numbers), numbers):
             source.warn(f"has several comments {name}; only the first is used")
     for name, numbers in found.items():
@@ -132,7 +141,7 @@ def _offset(source: Source, text: bytes) -> Float64Array:
         elif (numbers != 1).any():
             factors = " ".join(f"{factor:g}" for factor in numbers)
             source.warn(f"its comment {name} is {factors}; coordinates are not scaled by it")
-    units = {word.decode("utf-8", "replace").strip() for word in _UNITS.findall(text)}
+    units = {b"".join(words).decode("utf-8", "replace").strip() for words in _UNITS.findall(text)}
     if wrong := sorted(unit for unit in units if unit.lower() not in _MICRONS):
         source.warn(f"its comments say that the unit is {wrong[0]!r}; by the format, µm is taken")
     return offset

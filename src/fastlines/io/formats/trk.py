@@ -129,7 +129,10 @@ def write(lines: Lines, path: Path, *, reference: Any = None) -> list[str]:
         grid = replace(grid, voxel_to_rasmm=to_ras, voxel_sizes=sizes)
     for name, value in lines.metadata.get(GRID, {}).items() if reference is None else ():
         if name in _ORIENTATION:
-            header[name] = value.encode("latin-1", "replace") if isinstance(value, str) else value
+            try:
+                header[name] = value.encode("latin-1", "replace") if isinstance(value, str) else value
+            except (TypeError, ValueError, OverflowError):
+                raise InputError(f"the metadata {GRID!r}: its {name} is {value!r}, which a .trk cannot hold") from None
     points = transform(inverse(grid.to_rasmm()), parts.points)
     if lines.offset != NO_OFFSET:
         warn_of_rounding(points, points.astype(np.float32), FLOAT64_ADVICE)

@@ -115,13 +115,13 @@ def read(source: Source, invalid: str, *, bundle: str | None = None) -> Lines:
     del points, arrays
     kinds.clear()  # which holds the last of the file's bytes
     lines = with_strand_values(collector.lines(invalid), per_strand, "streamline")
-    grid = _grid(header)
+    grid = _grid(source, header)
     return lines if grid is None else replace(lines, metadata={**lines.metadata, GRID: grid.to_metadata()})
 
 
 def read_grid(source: Source) -> VoxelGrid | None:
     """Read the voxel grid alone."""
-    return _grid(_header(source, _without_folder(source, unpack(source, ".trx", _HEADER))[_HEADER]))
+    return _grid(source, _header(source, _without_folder(source, unpack(source, ".trx", _HEADER))[_HEADER]))
 
 
 def write(lines: Lines, path: Path, *, reference: Any = None) -> list[str]:
@@ -200,13 +200,18 @@ def _without_folder(source: Source, members: dict[str, bytes]) -> dict[str, byte
     return {name: data for name, data in within.items() if not _HIDDEN.search(name)}
 
 
-def _grid(header: dict[str, Any]) -> VoxelGrid | None:
-    """Return the voxel grid of a header; None if it has none that can be used."""
-    try:
-        grid = VoxelGrid.from_mapping(header, "the header")
-    except InputError:
+def _grid(source: Source, header: dict[str, Any]) -> VoxelGrid | None:
+    """Return the voxel grid of a header; None if it has none, or one that cannot be used."""
+    if not {"DIMENSIONS", "VOXEL_TO_RASMM"} & header.keys():
         return None
-    return None if grid.voxel_to_rasmm is None else grid
+    try:
+        grid = VoxelGrid.from_mapping(header, "its 'header.json'")
+        if grid.voxel_to_rasmm is None:
+            raise InputError("its 'header.json' has no VOXEL_TO_RASMM")
+    except InputError as error:
+        source.warn(f"its voxel grid is not read: {error}")
+        return None
+    return grid
 
 
 def _header(source: Source, data: bytes) -> dict[str, Any]:

@@ -36,6 +36,7 @@ from ...geometry.collection import Geometry
 from ...geometry.lines import Lines
 from ...geometry.offsets import AUTO, middle_of
 from ...support.optional import optional
+from ...support.texts import kinds_text
 from ..format import AnyLines
 from ..source import UNPACK_BYTES, UNPACK_FACTOR, Source
 from ..units import unit_of
@@ -81,6 +82,8 @@ def read(source: Source, invalid: str, *, time: float | None = None, prim: str |
 def _read(source: Source, path: Path, invalid: str, time: float | None, prim: str | None) -> AnyLines:
     from pxr import Sdf, Tf, Usd
 
+    if path != source.path:
+        _find_assets(path, Path(source.name).absolute().parent)
     stage = Usd.Stage.Open(str(path.absolute()))
     for layer in stage.GetUsedLayers():
         # USD shares layers that this program has open elsewhere, even if their file has changed since.
@@ -133,14 +136,25 @@ def _read(source: Source, path: Path, invalid: str, time: float | None, prim: st
     return Geometry(made_parts) if len(made_parts) > 1 else made_parts[0]
 
 
+def _find_assets(copy: Path, folder: Path) -> None:
+    """Let a copy of a file, such as one that was packed, refer to what is beside the file itself."""
+    from pxr import Sdf, UsdUtils
+
+    if copy.suffix.lower() == ".usdz":  # which holds what it refers to
+        return
+    layer = Sdf.Layer.FindOrOpen(str(copy.absolute()))
+    UsdUtils.ModifyAssetPaths(layer, lambda asset: str(folder / asset) if (folder / asset).is_file() else asset)
+    if layer.dirty:
+        layer.Save()
+
+
 def _no_lines() -> Lines:
     return Lines(np.empty((0, 2, 3), np.float32))
 
 
 def _tell_of_others(walk: Walk, remarks: Remarks) -> None:
     if walk.other:
-        kinds = ", ".join(f"{n:,} {kind}" for kind, n in walk.other.items())
-        remarks.source.warn(f"prims that are not BasisCurves or HermiteCurves are not read: {kinds}")
+        remarks.source.warn(f"prims that are not BasisCurves or HermiteCurves are not read: {kinds_text(walk.other)}")
 
 
 def _facts(source: Source, stage: Any) -> dict[str, Any]:

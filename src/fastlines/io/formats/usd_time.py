@@ -70,7 +70,7 @@ class Transforms:
         if at.IsEarliestTime():
             # Copy what has no motion, for USD would move the instances back to the number that stands for the time.
             stage = Usd.Stage.CreateInMemory()
-            copy = UsdGeom.PointInstancer.Define(stage, "/copy")
+            copy = UsdGeom.PointInstancer.Define(stage, instancer.GetPath())
             for name in _PLACES:
                 given = instancer.GetPrim().GetAttribute(name)
                 if given and (value := given.Get(at)) is not None:

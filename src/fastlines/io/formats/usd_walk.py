@@ -106,7 +106,10 @@ class Walk:
         for i, target in enumerate(prototypes):
             root = prim.GetStage().GetPrimAtPath(target)
             chosen = transforms[shown & (indices == i)]
-            if not root or not len(chosen):
+            if not len(chosen):
+                continue
+            if not root:
+                self.remarks.add(f"some instances are left out, as there is no prototype {target}", prim.GetPath())
                 continue
             self.spend(_BYTES_PER_COPY * len(chosen) * len(places))
             local, _ = self.transforms.local(root)

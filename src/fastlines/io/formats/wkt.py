@@ -5,7 +5,8 @@ Formats: RFC 4180 for tables, and OGC 06-103r4 for well-known text; `wkt_text` r
 LINESTRING and MULTILINESTRING are read, in collections too, with z and m. Each line string is a strand; m is an
 attribute of each point. The attribute ``feature`` counts the rows of the table below its names, blank lines left out,
 or the geometries of plain text, one in a collection not counted. Columns of numbers, of truth values or of texts become
-attributes of strands. Other geometries are dropped with a warning.
+attributes of strands. Other geometries are dropped with a warning, and so are words that stand for none, such as NULL.
+In a table with a single column, lines need no quotes.
 """
 
 from __future__ import annotations
@@ -19,13 +20,16 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 from ...geometry.lines import Lines
+from ...support.texts import kinds_text
 from ..source import Source, printable, reason
-from .columns import arrays_of, column_of, counted, listed, radius_of, with_features
+from .columns import MISSING, column_of, kept_columns, quoted, radius_of, with_features
 from .wkt_text import BARE_START, START, STARTS, STARTS_LINES, Wkt
 
 #: Names of a column of geometries, in lower case, the usual ones first.
 NAMES = ("geometry", "wkt", "geom", "the_geom", "wkt_geom", "shape", "geography", "linestring")
 DELIMITERS = ",;\t|"
+#: What no text holds: the delimiter of tables with one column.
+_NO_DELIMITER = "\x1f"
 #: Reference systems whose unit is the degree: WGS 84 and those of North America and Europe like it.
 DEGREES = frozenset(("4326", "4269", "4258", "4979"))
 #: Guards the two numbers below.
@@ -33,7 +37,8 @@ _LOCK = threading.Lock()
 #: The limit of the csv module on fields is global: how many readers need none, and what it was before them.
 _n_readers, _limit = 0, 0
 
-_COMMENTS = re.compile(r"(?:\s*#[^\n]*\n)*")
+#: Comments, and lines for geometries that are missing.
+_COMMENTS = re.compile(r"(?:\s*(?:#[^\n]*|NULL|None|N/?A|NaN|EMPTY)[ \t\r]*\n)*", re.IGNORECASE)
 _QUOTED_START = re.compile(rf"(['\"]){START}", re.IGNORECASE)
 _QUOTED = re.compile(r"\s*(['\"])(.*)\1\s*")
 _ENDS = re.compile(r"(?:\)|\bEMPTY)\s*;?\s*$", re.IGNORECASE)
@@ -61,6 +66,8 @@ def read(source: Source, invalid: str, *, column: str | None = None, radius: str
     quote = (quoted and quoted[1]) or '"'
     head = text[: 1 << 16].lstrip()
     delimiter = max(DELIMITERS, key=lambda mark: _score(head, mark, quote))
+    if _score(head, delimiter, quote)[1] == 1:  # lines need no quotes in a single column
+        delimiter = _NO_DELIMITER
     del text, quoted  # which hold a copy of the file
     names, rows = _table(source, delimiter, quote)
     at = _geometry_column(source, names, rows, column)
@@ -70,7 +77,7 @@ def read(source: Source, invalid: str, *, column: str | None = None, radius: str
     for line, row in rows:
         found = row[at] if at < len(row) else ""
         long += len(row) > len(names)
-        if not found.strip():
+        if _is_missing(found):
             empty += 1
             continue
         if _BINARY.fullmatch(found):
@@ -99,7 +106,7 @@ def _lines(
     """Convert the line strings, and the columns beside them."""
     without = {"without a geometry": n_empty} if n_empty else {}
     if without or wkt.others:
-        source.warn(f"rows and geometries without a line are not read: {counted({**without, **wkt.others})}")
+        source.warn(f"rows and geometries without a line are not read: {kinds_text({**without, **wkt.others})}")
     points, counts, m = wkt.numbers(source)
     row_of = {line: (number, row) for number, (line, row) in enumerate(rows)}
     features, owners = [row_of[line][0] for line in wkt.rows], [row_of[line][1] for line in wkt.rows]
@@ -110,14 +117,18 @@ def _lines(
     }
     lines_too = [name for name, (_, words) in table.items() if any(map(_is_line, words))]
     if lines_too:
-        source.warn(f"other columns of lines are not read (column= names the one to read): {listed(sorted(lines_too))}")
+        source.warn(f"other columns of lines are not read (column= names the one to read): {quoted(sorted(lines_too))}")
     table = {name: column for name, column in table.items() if name not in lines_too}
-    per_strand = arrays_of(source, table, len(owners), "columns")
+    per_strand = kept_columns(source, table, len(owners), "columns")
     radii = radius_of(source, per_strand, radius, "column")
     attributes = {} if m is None else {"m": m}
     lines = Lines.from_points(points, counts, attributes=attributes, offset=source.offset, invalid=invalid)
     unit = "degree" if wkt.srids and wkt.srids <= DEGREES else None
     return with_features(lines, features if names else wkt.features, per_strand, unit, radii)
+
+
+def _is_missing(text: str) -> bool:
+    return text.strip().lower() in (*MISSING, "empty")
 
 
 def _is_line(word: object) -> bool:
@@ -136,13 +147,17 @@ def _plain(source: Source, text: str, invalid: str, radius: str | None) -> Lines
     lines = [(i, line) for i, line in enumerate(text.splitlines(), start=1) if line.strip() and line[0] != "#"]
     if any(line.count("(") != line.count(")") or BARE_START.fullmatch(line) for _, line in lines):
         lines = [(1, "\n".join(line for _, line in lines))]
-    wkt = Wkt()
+    wkt, empty = Wkt(), 0
     for number, line in lines:
+        if _is_missing(line):
+            empty += 1
+            wkt.n_geometries += 1
+            continue
         quoted = _QUOTED.fullmatch(line)
         wrong = wkt.add(quoted[2] if quoted else line, number)
         if wrong is not None:
             raise source.error(f"line {number}: {wrong}; expected a LINESTRING or another geometry")
-    return _lines(source, wkt, [], -1, [(number, []) for number, _ in lines], 0, invalid, radius)
+    return _lines(source, wkt, [], -1, [(number, []) for number, _ in lines], empty, invalid, radius)
 
 
 # --- Tables ---
