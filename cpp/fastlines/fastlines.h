@@ -169,6 +169,7 @@ typedef struct fl_line_arrays {
   int has_radii;          /* Whether lines have radii of their own: 1 for round cones, 0 for segments. */
   const float* lines;     /* 8 floats for each round cone, 6 for each segment, as they were given. */
   const int64_t* strands; /* The strand of each line, -1 for none. It is NULL if no line has one. */
+  double offset[3];       /* The offset of lines that Python has read with one. All coordinates here are less it. */
 } fl_line_arrays;
 /* Returns the lines of a tree that was built or loaded. */
 FASTLINES_API fl_line_arrays fl_get_lines(const fl_tree* tree);

@@ -217,7 +217,8 @@ fl_line_arrays fl_get_lines(const fl_tree* tree) {
   const std::span<const std::int64_t> strands = tree->tree.strands();
   const auto* const lines =
       segments.empty() ? reinterpret_cast<const float*>(cones.data()) : reinterpret_cast<const float*>(segments.data());
-  return {tree->tree.size(), !cones.empty(), lines, strands.empty() ? nullptr : strands.data()};
+  const auto [x, y, z] = tree->tree.offset();
+  return {tree->tree.size(), !cones.empty(), lines, strands.empty() ? nullptr : strands.data(), {x, y, z}};
 }
 
 fl_status fl_get_place(const fl_tree* tree, const fl_ray* ray, float radius, const fl_hit* hit, fl_place* place) {

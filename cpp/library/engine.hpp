@@ -32,6 +32,7 @@ struct TreeOrigin {
   std::string settings;                    ///< all settings of the build, as JSON
   std::string limits_hit;                  ///< the number of nodes that each limit affected, as JSON
   std::vector<std::int64_t> strands;       ///< of each line, or none
+  Vec3d offset{};                          ///< what is subtracted from the coordinates of a tree from a file
   std::optional<double> built_cost{};      ///< of a tree that was refitted: its cost before
   std::shared_ptr<const FileRest> rest{};  ///< of a tree from a file, to be saved again
 

@@ -41,8 +41,8 @@ Rays part_of(const Rays& rays, std::size_t first, std::size_t n) {
   Rays part = rays;
   part.origins = rays.origins.subspan(first, n);
   part.directions = rays.directions.subspan(first, n);
-  for (PerRay* each : {&part.t_min, &part.t_max, &part.spread})
-    if (each->values().size() == rays.size()) *each = each->values().subspan(first, n);
+  for (PerRay Rays::* each : {&Rays::t_min, &Rays::t_max, &Rays::spread})
+    if (const auto values = (rays.*each).values(); values.size() == rays.size()) part.*each = values.subspan(first, n);
   return part;
 }
 
@@ -132,6 +132,7 @@ RoundCone Tree::line(std::int64_t prim) const {
   return {segment.p, segment.q};
 }
 std::span<const std::int64_t> Tree::strands() const { return impl_->origin().strands; }
+Vec3d Tree::offset() const { return impl_->origin().offset; }
 Place Tree::place(const Ray& ray, float radius, const Hit& hit) const {
   return hit ? detail::place_of(line(hit.prim), ray, radius, hit, impl_->scene_size()) : detail::place_of_miss();
 }

@@ -239,11 +239,15 @@ class TreeOf final : public TreeImpl {
     return {rays.ignore, rays.ignore_strands, items_.size(), origin_.strands};
   }
 
+  /// The least share of a batch's work that one step is.
+  double share_of_step(std::size_t n_rays) const { return 1.0 / (double(n_rays) * double(wide_.leaves.size())); }
+
   /// Calls run_search(search, progress) with a search for special rays.
   template <class RunSearch>
   void run_special(const Rays& rays, const QueryOptions& options, RunSearch&& run_search) const {
     const Ignored ignored = ignored_of(rays);
     watch(options.progress, [&](fastlines::Progress& progress) {
+      progress.per_step = share_of_step(rays.size());
       if (!has_spread(rays.spread)) return run_search(LayoutSearch<P>{view_, prims_, ignored}, progress);
       const fastlines::SpreadCones prims(spread_items());
       const auto view = fastlines::view_of(wide_, prims);
@@ -326,6 +330,7 @@ class TreeOf final : public TreeImpl {
   template <class Run>
   void run(const Batch& batch, const QueryOptions& options, Run&& run_queries) const {
     watch(options.progress, [&](fastlines::Progress& progress) {
+      progress.per_step = share_of_step(batch.rays.size());
       run_queries(
           fastlines::LayoutQueries<P>{view_, batch.rays, core_kernel(options.kernel), batch.n_threads, progress});
     });

@@ -51,6 +51,11 @@ void check_sink() {
   std::size_t n_calls = 0;
   const auto count = [&](std::size_t, const fl::Hits&) { ++n_calls; };
   check(!message_of<fl::InputError>([&] { tree.all_hits(rays, too_few, count); }).empty(), "radii that do not match");
+  const fl::Rays one{rays.origins.first(1), rays.directions.first(1)};
+  tree.all_hits(one, 1.0f, [&](std::size_t, const fl::Hits& hits) {
+    check(hits.size() > 0 && hits.size() == tree.count_hits(one[0], 1.0f),
+          "a batch of one ray has the hits of the ray");
+  });
   directions[150'000] = {0, 0, 0};
   const std::string why = message_of<fl::InputError>([&] { tree.all_hits(rays, 0.01f, count); });
   check(why.find("ray 150000") != std::string::npos && n_calls == 0, "a bad ray is named before any hit is given");

@@ -1,6 +1,6 @@
 // Compares the exact test of round cones with the definition of a hit in float64, found by a search for the minimum and
 // not by a formula: scales, offsets, near-parallel rays, radii from 0 to more than the scene, one ball inside the
-// other; tips, and rays aimed at them; rays with and without a spread.
+// other; tips, and rays aimed at them; rays with and without a spread. Packets of unlike cones have the bits of each.
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -10,6 +10,7 @@
 #include "fastlines/primitives/spread_cones.hpp"
 #include "fastlines/rays/frame_of.hpp"
 #include "fastlines/rays/spread_ray.hpp"
+#include "fastlines/simd/transpose.hpp"
 #include "random.hpp"
 
 using namespace fastlines;
@@ -123,6 +124,36 @@ void check_case(const Case& one, const Frame& frame, double size, Worst& worst) 
   if (t_out < one.query.t_max && !leaves(t_out)) worst.exit = std::max(worst.exit, -clearance / size);
 }
 
+/// Compare the test of a packet of cones with the test of each, for one ray.
+void check_packet(const RayQuery& query, const std::array<RoundCone, kSimdWidth>& cones, const Frame& frame) {
+  const Ray ray = prepare(query, frame);
+  const float* rows[kSimdWidth];
+  for (int i = 0; i < kSimdWidth; ++i) rows[i] = reinterpret_cast<const float*>(&cones[i]);
+  FloatX16 floats[8];
+  transpose_rows(rows, floats);
+  const auto fields = RoundCones::fields(floats, frame);
+  const auto test = RoundCones::test<FloatX16>(ray, fields);
+  const auto in = test.entry();
+  float t[kSimdWidth], s[kSimdWidth], dist2[kSimdWidth], t_in[kSimdWidth], s_in[kSimdWidth], t_out[kSimdWidth];
+  test.closest.t.store(t);
+  test.closest.s.store(s);
+  test.closest.dist2.store(dist2);
+  in.t.store(t_in);
+  in.s.store(s_in);
+  test.exit().store(t_out);
+  bool same = true;
+  for (int i = 0; i < kSimdWidth; ++i) {
+    const auto fields_of_one = fields_of<RoundCones>(cones[i], frame);
+    const auto one = RoundCones::test<float>(ray, fields_of_one);
+    same &= bool(test.closest.hit.bits() >> i & 1) == one.closest.hit;
+    if (!one.closest.hit) continue;
+    const auto entry = one.entry();
+    same &= t[i] == one.closest.t && s[i] == one.closest.s && dist2[i] == one.closest.dist2 && t_in[i] == entry.t &&
+            s_in[i] == entry.s && t_out[i] == one.exit();
+  }
+  check(same, "a packet has the answers of its cones");
+}
+
 /// Check one case with a spread, which has no surface.
 void check_spread(const Case& one, const Frame& frame, double size, Worst& worst) {
   const SpreadRay ray = prepare_for<SpreadCones>(one.query, frame);
@@ -220,9 +251,12 @@ int main() {
       const Frame frame = frame_of(Box{place({-1, -1, -1}), place({1, 1, 1})}, 6.0f * place.scale);
       const double size = place.scale * (kind == larger_than_scene ? 6.0 : 1.0);
       Worst worst;
+      std::array<RoundCone, kSimdWidth> last{};
       for (std::size_t i = 0; i < n_cases; ++i) {
         const Case one = random_case(random, kind, place, has_spread);
         has_spread ? check_spread(one, frame, size, worst) : check_case(one, frame, size, worst);
+        last[i % kSimdWidth] = one.cone;
+        if (!has_spread) check_packet(one.query, last, frame);
       }
       std::printf(
           "scale %g, offset %g, %s%s: %zu hits, wrong decisions up to %.2g, entries off by %.2g, exits by %.2g\n",

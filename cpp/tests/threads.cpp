@@ -152,6 +152,25 @@ void cancel(Call&& call) {
   other.join();
 }
 
+/// Makes a call again and again, until its poll ends it.
+template <class Call>
+void end_by_poll(Call&& call) {
+  const std::thread::id caller = std::this_thread::get_id();
+  int n_polls = 0;
+  bool by_caller = true;
+  double last = 0.0;
+  const auto poll = [&](double done) {
+    by_caller &= std::this_thread::get_id() == caller && last <= done && done <= 1.0;
+    last = done;
+    return ++n_polls < 2;
+  };
+  const auto endless = [&](Progress& own) {
+    for (;;) call(own);
+  };
+  test::check(run_polling(endless, poll) != nullptr && n_polls == 2, "a call ends when its poll says so");
+  test::check(by_caller, "the thread that calls polls, with a fraction that does not fall");
+}
+
 void run_threads() {
   const std::vector<Segment> segments = lines(2500);
   const auto build = [&](unsigned n_threads, Progress& progress) {
@@ -205,20 +224,16 @@ void run_threads() {
     cancel([&](Progress& own) { answer(view, batch, Kernel::automatic, kThreads, own); });
     cancel([&](Progress& own) { answer(search, batch, kThreads, own); });
 
-    // End calls that poll on their own thread.
-    const auto ends = [](const auto& call) {
-      const auto endless = [&](Progress& own) {
-        for (;;) call(own);
-      };
-      test::check(run_polling(endless, [](double) { return false; }) != nullptr, "a call ends when its poll says so");
-    };
+    // End calls that poll.
     for (const Kernel kernel : {Kernel::automatic, Kernel::single, Kernel::wave, Kernel::bundle})
-      ends([&](Progress& own) { answer(view, batch, kernel, 1, own); });
-    ends([&](Progress& own) { answer(search, batch, 1, own); });
+      end_by_poll([&](Progress& own) { answer(view, batch, kernel, 1, own); });
+    end_by_poll([&](Progress& own) { answer(search, batch, 1, own); });
   }
   cancel([&](Progress& own) { build(kThreads, own); });
   cancel([&](Progress& own) { move(tree, kThreads, own); });
   cancel([&](Progress& own) { lay_out(tree, kThreads, own); });
+  end_by_poll([&](Progress& own) { lay_out(tree, kThreads, own); });
+  end_by_poll([&](Progress& own) { refit(tree, kThreads, own); });
 }
 
 }  // namespace

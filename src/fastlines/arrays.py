@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import sys
-import warnings
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any, TypeAlias
 
@@ -14,6 +13,7 @@ import numpy.typing as npt
 from .errors import InputError, PrecisionWarning
 from .support.immutable import frozen, own
 from .support.texts import with_article
+from .support.warn_caller import warn_caller
 
 AnyArray: TypeAlias = npt.NDArray[Any]
 FloatArray: TypeAlias = npt.NDArray[np.float32]
@@ -237,12 +237,10 @@ FLOAT64_ADVICE = "write a format whose coordinates are float64, such as .tck, .t
 SHIFT_ADVICE = "subtract the middle of the scene from them and from the origins of rays"
 
 
-def warn_of_rounding(
-    given: npt.ArrayLike, rounded: npt.NDArray[np.float32], stacklevel: int = 3, advice: str = OFFSET_ADVICE
-) -> None:
+def warn_of_rounding(given: npt.ArrayLike, rounded: npt.NDArray[np.float32], advice: str = OFFSET_ADVICE) -> None:
     """Warn if the scene is so far from zero, for its size, that float32 rounds its coordinates noticeably.
 
-    Invalid rows are reported elsewhere. By default the warning is for the caller of the function that calls this one.
+    Invalid rows are reported elsewhere.
     """
     kept = rounded.reshape(-1, 3)
     if (isinstance(given, np.ndarray) and given.dtype == np.float32) or not is_far(kept):
@@ -254,8 +252,7 @@ def warn_of_rounding(
     size, far = float((points.max(axis=0) - points.min(axis=0)).max()), float(np.abs(points).max())
     lost = float(np.abs(points - kept[good]).max())
     if lost > size * COARSE > 0:
-        warnings.warn(
+        warn_caller(
             f"float32 rounds coordinates of up to {far:g}, in a scene of size {size:g}, by up to {lost:.2g}; {advice}",
             PrecisionWarning,
-            stacklevel=stacklevel,
         )

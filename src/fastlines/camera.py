@@ -304,6 +304,7 @@ class Camera:
         if not (0 < aspect < math.inf and 0 <= margin < 0.5):
             raise InputError(f"aspect={aspect!r}, margin={margin!r}; expected aspect > 0 and 0 <= margin < 0.5")
         points, radius = _to_frame(geometry)
+        offset = geometry.offset if isinstance(geometry, AnyGeometry) else 0.0
 
         # Work relative to the middle of the geometry: it may lie far from the coordinate origin.
         low = np.array([(column - radius).min() for column in points.T])
@@ -325,7 +326,7 @@ class Camera:
             nearest.append((lower - upper) / (2 * slope))
         apex = centre + dot(axes.T, np.array([*middle, min(nearest)]))
         target = apex - min(nearest) * axes[2]
-        return cls(_vector(apex, "origin"), _vector(target, "target"), upwards, fov_degrees)
+        return cls(_vector(apex + offset, "origin"), _vector(target + offset, "target"), upwards, fov_degrees)
 
     def _origins(self, like: AnyArray, beside: npt.ArrayLike = 0.0) -> AnyArray:
         """Return the origin as often as `like` has vectors, or points beside it, in float64 if float32 is coarse."""
@@ -361,11 +362,11 @@ def _unit(vector: npt.ArrayLike) -> Float64Array:
 
 
 def _to_frame(geometry: AnyGeometry | npt.ArrayLike) -> tuple[Float64Array, Float64Array]:
-    """Return the points that a picture must show, at least one, and the radius around each."""
+    """Return the points that a picture must show, at least one, less the offset, and the radius around each."""
     if isinstance(geometry, AnyGeometry):
         known, radii = geometry.span()
         if len(known):
-            return known.astype(np.float64) + geometry.offset, radii.astype(np.float64)
+            return known.astype(np.float64), radii.astype(np.float64)
         geometry = []
     elif np.shape(geometry) == (2, 3):
         low, high = np.asarray(geometry, np.float64)

@@ -79,3 +79,19 @@ def test_round_numbers_lie_between():
     assert round_numbers(1, 1) == round_numbers(0, 1) == []
     assert small(1920, 1080) == (85, 48)
     assert small(10, 10) == (10, 10)
+
+
+def test_rays_that_see_some_parts_are_hinted_at_for_these(in_own_folder):
+    rng = np.random.default_rng(0)
+    line = fl.Lines.from_segments([[[0, 0, 0], [3, 3, 0]]], radius=1e-3)
+    wall = fl.Triangles([[[0, 0, 1], [3, 0, 1], [0, 3, 1]], [[9, 9, 0], [9, 9, 1], [9, 8, 0]]])
+    fl.build(fl.Geometry([line, wall])).save("a.flt")
+    fl.build(wall).save("wall.flt")
+    np.save("rays.npy", np.concatenate([rng.random((2000, 2)) * 3, np.tile([-1, 0, 0, 1], (2000, 1))], axis=1))
+    assert hinted("query", "a.flt", "rays.npy") is None
+    assert hinted("query", "a.flt", "rays.npy", "--parts", "0") is not None
+    # Of what the radius does not count for, none suits.
+    beside = np.tile([6.0, 6, -1, 0, 0, 1], (2000, 1))
+    np.save("beside.npy", beside)
+    for given in (("a.flt", "--parts", "1"), ("wall.flt",)):
+        assert hinted("query", given[0], "beside.npy", *given[1:]) is None

@@ -7,6 +7,7 @@ import json
 import pickle
 import warnings
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -16,7 +17,9 @@ import fastlines as fl
 from fastlines.errors import FileFormatError, InputError, PrecisionWarning
 from fastlines.io import known_formats
 from fastlines.rendering import depth_image, level_sheet, plan_picture
+from fastlines.rendering.default_view import turntable_camera
 from fastlines.rendering.plan import PictureOptions
+from fastlines.rendering.suitable_radius import suitable_radius
 
 PLACE = np.array([5.3e6, 4.1e5, 200.0])
 RNG = np.random.default_rng(3)
@@ -149,9 +152,10 @@ def test_points_are_the_origins_of_the_next_rays(lines):
 
 def test_origins_in_float32_warn(lines):
     tree = fl.build(lines)
-    with pytest.warns(PrecisionWarning, match=r"origins of rays are float32.*give the origins as float64") as told:
-        tree.first_hit(POINTS[0].astype(np.float32), [0, 0, 1], 1.0)
-    assert told[0].filename == __file__
+    for query in (tree.first_hit, partial(fl.brute_force, lines)):
+        with pytest.warns(PrecisionWarning, match=r"origins of rays are float32.*give the origins as float64") as told:
+            query(POINTS[0].astype(np.float32), [0, 0, 1], 1.0)
+        assert told[0].filename == __file__
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         tree.first_hit(POINTS[0], [0, 0, 1], 1.0)
@@ -301,6 +305,17 @@ def test_cameras_are_where_the_input_is(lines, near):
     assert np.abs(pixels % 1 - 0.5).max() < 0.01
 
 
+def test_cameras_of_what_is_small_and_far():
+    """The camera of lines smaller than what float32 distinguishes at their place, and of a point."""
+    for points in ((POINTS - PLACE) * 1e-3, np.zeros((2, 3))):
+        near, far = fl.Lines.from_strands([points]), fl.Lines.from_strands([points + PLACE], offset=PLACE)
+        for make in (fl.Camera.framing, fl.default_camera, turntable_camera):
+            camera, expected = make(far), make(near)
+            np.testing.assert_allclose(np.subtract(camera.origin, PLACE), expected.origin, atol=1e-6)
+            np.testing.assert_allclose(np.subtract(camera.target, PLACE), expected.target, atol=1e-6)
+            assert suitable_radius(fl.build(far), camera) == suitable_radius(fl.build(near), expected)
+
+
 def test_pictures_are_those_of_lines_near_zero(lines, near):
     size = {"width": 48, "height": 48, "radius": 0.3, "samples": 1}
     tree, expected = fl.build(lines), fl.build(near)
@@ -344,3 +359,18 @@ def test_the_command_line(lines):
         "--option offset is '1,2'; expected auto, or three numbers"
         in refused("info", "a.tck", "--option", "offset=1,2")[1]
     )
+
+
+def test_a_mesh_beside_lines_that_keeps_its_offset_is_told():
+    lines = fl.lines(np.array([[[5e6, 5e6, 0], [5e6 + 1, 5e6, 0]]]), offset="auto")
+    wall = np.array([[[5e6, 5e6, -1], [5e6 + 1, 5e6 + 1, 1]]])
+    with pytest.warns(fl.PrecisionWarning, match="part 1 .1 box. lies far from the lines") as told:
+        fl.Geometry([lines, fl.Boxes(wall.astype(np.float32))])
+    assert told[0].filename == __file__
+    fl.Geometry([lines, fl.Boxes((wall - lines.offset).astype(np.float32))])
+
+
+def test_warnings_show_the_line_of_the_caller():
+    with pytest.warns(fl.PrecisionWarning) as told:
+        fl.Lines.from_strands([[[1e7, 0, 0], [1e7 + 0.3, 0.1, 0]]])
+    assert told[0].filename == __file__

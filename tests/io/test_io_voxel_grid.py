@@ -220,7 +220,7 @@ def test_references(tmp_path: Path, image: Path, extension: str) -> None:
 
 def test_a_reference_replaces_the_grid_of_the_lines(tmp_path, load, image) -> None:
     lines = load(trk_of(MIRRORED, b"LAS"), "a.trk")
-    with pytest.warns(FileWarning, match="a place in the voxel grid for 7 points"):
+    with pytest.warns(FileWarning, match="7 are outside of it"):
         fl.write(tmp_path / "b.trk", lines, reference=image)
     again = fl.read(tmp_path / "b.trk").metadata["grid"]
     assert set(again) == {"voxel_to_rasmm", "dimensions", "voxel_sizes", "voxel_order"}
@@ -327,7 +327,7 @@ def test_points_outside_of_the_grid_are_counted(tmp_path) -> None:
     grid = {"dimensions": [10, 10, 10], "voxel_to_rasmm": np.eye(4)}
     lines = fl.Lines.from_points([[0, 0, 0], [-0.5, 9.5, 0], [-0.6, 0, 0], [0, 0, 9.6]], [4])
     lines = replace(lines, unit="mm", metadata={"grid": grid})
-    said = ["a place in the voxel grid for 2 points outside of it, which DIPY refuses"]
+    said = ["that all points lie in the voxel grid (2 are outside of it, and DIPY refuses such files)"]
     assert lost_by(tmp_path / "a.trk", lines) == lost_by(tmp_path / "a.trx", lines) == said
     assert np.array_equal(fl.read(tmp_path / "a.trk").segments, lines.segments)
 

@@ -65,6 +65,16 @@ def test_trees_and_answers_are_those_of_python(library: Library, lines: fl.Lines
         assert (hit.t, hit.prim, hit.t_out) == (expected.t[i], expected.prim[i], expected.t_out[i])
 
 
+def test_a_file_has_the_offset_of_its_lines(library: Library, tmp_path: Path) -> None:
+    lines = fl.Lines.from_segments([[[5e5, 4e6, 0], [5e5 + 2, 4e6, 0]]], offset="auto")
+    fl.build(lines).save(tmp_path / "far.flt")
+    tree = library.load(tmp_path / "far.flt")
+    assert tuple(tree.offset()) == lines.offset == (500_001, 4_000_000, 0)
+    tree.save(tmp_path / "again.flt")
+    assert fl.load(tmp_path / "again.flt").geometry.offset == lines.offset
+    assert not any(library.build(lines).offset())
+
+
 @pytest.mark.parametrize("at", ["closest", "surface"])
 def test_a_hit_has_the_place_of_python(library: Library, lines: fl.Lines, at: str) -> None:
     tree, mine = library.build(lines), fl.build(lines)

@@ -185,6 +185,22 @@ def test_hits_of_a_strand_merge_where_they_overlap(ask):
     assert len(query([9, 9, 9], [0, 0, 1], 0.1, at="surface", merge="strand")) == 0
 
 
+def test_hits_by_distance_merge_to_the_same_crossings():
+    rng = np.random.default_rng(6)
+    tree = fl.build(fl.Lines.from_strands(list(np.cumsum(rng.normal(size=(6, 12, 3)) * 0.2, axis=1)), radius=0.15))
+    origins = rng.normal(size=(60, 3))
+    by_t = tree.all_hits(origins, -origins, at="surface", merge="strand")
+    by_distance = tree.next_hits(origins, -origins, k=1000, at="surface", rank="distance").merged_by_strand()
+    order = np.lexsort((by_t.distance, by_t.ray))
+    assert by_distance.ray.tolist() == by_t.ray[order].tolist()
+    assert by_distance.distance.tolist() == by_t.distance[order].tolist()
+    again = pickle.loads(pickle.dumps(by_distance)).merged_by_strand()
+    assert (again.strand.tolist(), again.row.tolist()) == (by_distance.strand.tolist(), by_distance.row.tolist())
+    columns = ("ray", "strand", "t", "t_out", "distance")
+    rows = [sorted(zip(*(getattr(hits, name) for name in columns), strict=True)) for hits in (by_t, by_distance)]
+    assert rows[0] == rows[1]
+
+
 def test_merging_needs_intervals():
     tree = fl.build(skipped_lines())
     with pytest.raises(fl.InputError, match="it needs at='surface'"):

@@ -250,3 +250,13 @@ def test_lines_at_one_point_and_no_lines_are_pictures():
     for look in ("fibre", "tube", "hair"):
         assert fl.render(np.zeros((5, 2, 3)), width=8, height=8, radius=0.01, look=look, samples=1).alpha.any()
     assert not fl.render(np.zeros((0, 2, 3)), width=8, height=8).alpha.any()
+
+
+def test_a_radius_that_counts_for_nothing_is_warned_of_once():
+    triangles = fl.Triangles(np.random.default_rng(0).random((9, 3, 3)))
+    size = {"width": 300, "height": 300, "samples": 1}
+    with pytest.warns(fl.QueryWarning, match="does not count for triangles and boxes") as told:
+        picture = fl.render(triangles, radius=0.1, **size)
+    assert [warning.filename for warning in told] == [__file__]
+    assert picture.radius == 0
+    assert picture.light.tobytes() == fl.render(triangles, **size).light.tobytes()

@@ -93,6 +93,7 @@ class LineArrays(c.Structure):
         ("has_radii", c.c_int),
         ("lines", FloatPointer),
         ("strands", c.POINTER(c.c_int64)),
+        ("offset", c.c_double * 3),
     )
 
 
@@ -155,6 +156,9 @@ class CTree:
         found = self.library.dll.fl_get_lines(self.tree)
         rows = np.ctypeslib.as_array(found.lines, (found.n, 8 if found.has_radii else 6)).copy()
         return rows, np.ctypeslib.as_array(found.strands, (found.n,)).copy() if found.strands else np.full(found.n, -1)
+
+    def offset(self) -> list[float]:
+        return list(self.library.dll.fl_get_lines(self.tree).offset)
 
     def place(self, origin: Any, direction: Any, radius: float, hit: Hit) -> Place:
         ray, place = Ray((c.c_float * 3)(*origin), (c.c_float * 3)(*direction), 0, np.inf), Place()

@@ -155,6 +155,8 @@ class FASTLINES_API Tree {
   RoundCone line(std::int64_t prim) const;
   /// Returns the strand of each line, −1 for none. It is empty if no line has one.
   std::span<const std::int64_t> strands() const;
+  /// Returns the offset of lines that Python has read with one. Lines, rays, boxes and places are less the offset here.
+  Vec3d offset() const;
   /// Returns where a hit is, and how the line and its surface lie there. The ray and the radius are those of the query.
   Place place(const Ray& ray, float radius, const Hit& hit) const;
 

@@ -1,10 +1,12 @@
 // The state that a long call shares with its watcher: its progress, and a request to cancel it.
 #pragma once
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <cstdint>
 #include <exception>
+#include <thread>
 
 #include "../memory/function_ref.hpp"
 
@@ -18,6 +20,11 @@ struct Cancelled : std::exception {
 /// How often a watcher is asked whether to go on.
 inline constexpr std::chrono::milliseconds kPollInterval{50};
 
+/// The fraction to show. Threads report their shares in any order, and rounding may raise their sum above 1.
+inline double shown_of(const std::atomic<double>& done, double shown_before) {
+  return std::clamp(done.load(), shown_before, 1.0);
+}
+
 class Progress {
  public:
   std::atomic<double> done{0.0};  // the fraction of the work
@@ -25,13 +32,14 @@ class Progress {
   double per_step = 0.0;  // at most the fraction of the work that is one step of `Checkpoint`
 
   Progress() = default;
-  /// The progress of work on the watcher's own thread, which then asks poll(done) itself whether to go on.
+  /// The progress of work on the watcher's own thread, which then asks poll(done) itself whether to go on. Threads that
+  /// help do not.
   explicit Progress(const FunctionRef<bool(double)>* poll) : poll_(poll) {}
 
   /// Throws Cancelled if the watcher has requested it.
   void check() const {
     if (cancel.load(std::memory_order_relaxed)) throw Cancelled{};
-    if (poll_) poll();
+    if (poll_ && std::this_thread::get_id() == watcher_) poll();
   }
   /// Adds a fraction of the work to what is done.
   void add(double share) { done.fetch_add(share, std::memory_order_relaxed); }
@@ -40,13 +48,15 @@ class Progress {
   void poll() const {
     const auto now = std::chrono::steady_clock::now();
     if (now - last_poll_ < kPollInterval) return;
-    if (!(*poll_)(done.load())) throw Cancelled{};
+    if (!(*poll_)(shown_ = shown_of(done, shown_))) throw Cancelled{};
     last_poll_ = std::chrono::steady_clock::now();
   }
 
   const FunctionRef<bool(double)>* poll_ = nullptr;
-  // Of the one thread that works.
+  // The rest is of the watcher's thread.
+  std::thread::id watcher_ = std::this_thread::get_id();
   mutable std::chrono::steady_clock::time_point last_poll_ = std::chrono::steady_clock::now();
+  mutable double shown_ = 0.0;
 };
 
 /// What a thread passes at every step of a long task; it costs few instructions.

@@ -1,7 +1,6 @@
 // Runs a long call on a worker thread, while the calling thread watches it.
 #pragma once
 
-#include <algorithm>
 #include <chrono>
 #include <condition_variable>
 #include <exception>
@@ -46,8 +45,7 @@ std::exception_ptr run_watched(Job&& job, Poll&& poll) {
   double shown = 0.0;
   while (!done.wait_for(lock, kPollInterval, [&] { return finished; })) {
     if (progress.cancel.load()) continue;
-    // Threads report their shares in any order, and rounding may raise their sum above 1.
-    shown = std::clamp(progress.done.load(), shown, 1.0);
+    shown = shown_of(progress.done, shown);
     if (!poll(shown)) progress.cancel.store(true);
   }
   lock.unlock();
@@ -55,8 +53,8 @@ std::exception_ptr run_watched(Job&& job, Poll&& poll) {
   return error;
 }
 
-/// The same without a worker thread, for work that is mostly short: this thread does the job, and polls if it takes
-/// long.
+/// The same without a worker thread, for work that is mostly short: this thread does the job, and polls between its
+/// parts if it takes long.
 template <class Job, class Poll>
 std::exception_ptr run_polling(Job&& job, Poll&& poll) {
   const FunctionRef<bool(double)> to_poll = poll;

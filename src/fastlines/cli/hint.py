@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy.typing as npt
 
+from ..query.rays import seen_of
 from ..rendering.suitable_radius import least_radius, some_rays
 from ..tree import Tree
 from .files import note
@@ -14,15 +15,25 @@ from .files import note
 FEW = 0.01
 
 
-def hint_at_radius(tree: Tree, origins: npt.ArrayLike, directions: npt.ArrayLike, radius: float, **bounds: Any) -> None:
+def hint_at_radius(
+    tree: Tree,
+    origins: npt.ArrayLike,
+    directions: npt.ArrayLike,
+    radius: float,
+    parts: tuple[int, ...] | None = None,
+    **bounds: Any,
+) -> None:
     """Note a radius that suits if hardly any of the rays that cross the box of the lines hit with this one."""
+    if not any(part.takes_radius for part in seen_of(tree.geometry, parts)):
+        return
     rays = some_rays(tree, origins, directions, **bounds)
     if rays is None:
         return
-    found = float(tree.any_hit(rays[0], rays[1], radius, **bounds).mean())
+    asked = {**bounds, "parts": parts}
+    found = float(tree.any_hit(rays[0], rays[1], radius, **asked).mean())
     if found >= FEW:
         return
-    larger, suits = least_radius(tree, rays, radius, **bounds)
+    larger, suits = least_radius(tree, rays, radius, **asked)
     if larger is not None:
         note(
             f"hardly any ray hits: {found:.1%} of those that cross the box of the lines, with the radius "

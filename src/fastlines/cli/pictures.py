@@ -89,8 +89,8 @@ def draw(order: Order) -> str:
 
 def write_levels(order: Order, plan: PicturePlan) -> str:
     """Write a sheet of the levels of the tree; return what was written, in words."""
-    view = order.camera.camera(plan.tree.geometry)
-    write_picture(order.output, level_sheet(plan.tree, view, plan.radius, order.levels, progress=show_progress()))
+    sheet = level_sheet(plan.tree, plan.camera, plan.radius, order.levels, progress=show_progress())
+    write_picture(order.output, sheet)
     return f"{order.output}: {counted(order.levels, 'levels')}, {thickness(plan)}"
 
 

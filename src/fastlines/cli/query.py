@@ -148,9 +148,9 @@ def query(
         looks = {"--direction": direction, "--up": up, "--fov": fov}
         refuse_given(looks, "the rays come from a file, not from a camera")
     # The options of all queries, as `RayOptions` names them.
-    bounds: RayOptions = {"t_min": t_min, "t_max": t_max}
     ray_options: RayOptions = {
-        **bounds,
+        "t_min": t_min,
+        "t_max": t_max,
         "spread": spread or 0.0,
         "ignore": numbers(ignore, "--ignore"),
         "ignore_strands": numbers(ignore_strands, "--ignore-strands"),
@@ -159,8 +159,8 @@ def query(
     }
 
     opened = open_input(source, skip_invalid, format, option, own_radius)
-    seen = ray_options["parts"]
-    require_radius(opened.geometry, radius, spread or 0.0, None if seen is None else opened.geometry.check_parts(seen))
+    seen = None if ray_options["parts"] is None else opened.geometry.check_parts(ray_options["parts"])
+    require_radius(opened.geometry, radius, spread or 0.0, seen)
     radius = radius or 0.0
     if camera is not None:
         width, height = size(camera, "--camera")
@@ -179,8 +179,8 @@ def query(
     # Write the arrays, and report counts and time.
     if output is not None:
         write_npz(output, **_arrays(kind, answer, tree.geometry))
-    if not spread:
-        hint_at_radius(tree, origins, directions, radius, **bounds)
+    if not (spread or ignore or ignore_strands):
+        hint_at_radius(tree, origins, directions, radius, seen, t_min=t_min, t_max=t_max)
     n_rays, n_found = len(directions), _count(kind, answer)
     if as_json:
         what = "n_hits" if kind in (*LISTS, "count") else "n_rays_that_hit"

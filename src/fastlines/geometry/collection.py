@@ -20,7 +20,7 @@ from .any_geometry import NO_ATTRIBUTES, AnyGeometry, CoreData
 from .foreign import lines
 from .hit_places import Float64Array, HitPlaces
 from .kinds import KINDS
-from .offsets import NO_OFFSET, Offset
+from .offsets import NO_OFFSET, Offset, warn_of_places
 from .seen_rows import SeenRows
 from .summary import summary_of
 from .user_primitives import UserPrimitives, has_user_methods
@@ -67,6 +67,7 @@ class Geometry(AnyGeometry):
         if len(offsets := {part.offset for part in parts if part.has_axes}) > 1:
             several = " and ".join(map(str, sorted(offsets)))
             raise InputError(f"parts have different offsets, {several}; read or make all of them with the same offset=")
+        warn_of_places(parts)
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         object.__setattr__(self, "parts", state["parts"])

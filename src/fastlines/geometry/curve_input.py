@@ -190,7 +190,7 @@ def valid(made: Converted, invalid: str, offset: Any = None) -> dict[str, Any]:
     """Round to float32, less the offset, and leave out or refuse what is invalid; return the fields of `Curves`."""
     given, facts = reduced(made.control, offset)
     control = own_float32(given, "control")
-    warn_of_rounding(given, control, 4)
+    warn_of_rounding(given, control)
     radius = None if made.radius is None else own_float32(made.radius, "radius")
     bad = made.bad | unusable(control)
     if radius is not None:

@@ -17,7 +17,6 @@ with evenly spaced control points, is one piece.
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
@@ -30,6 +29,7 @@ from ..errors import InputError, PrecisionWarning
 from ..support.computed_once import computed_once
 from ..support.immutable import Immutable, frozen, own
 from ..support.texts import counted
+from ..support.warn_caller import warn_caller
 from .bezier import MAX_PIECES, UNITS, Chords, Float64Array, cut, largest
 from .lines import Lines
 
@@ -178,12 +178,11 @@ def cut_curves(
     if not reached.all():
         coarse = np.zeros(n, np.bool_)
         coarse[curve[~reached]] = True
-        warnings.warn(
+        warn_caller(
             f"{int(coarse.sum())} of {n} curves ({list_rows(coarse)}) are off by up to {off[~reached].max():.2g}, more "
             f"than their tolerance, where they are cut into parts of 1/{MAX_PIECES}; give a larger tolerance, or cut "
             "these curves first",
             PrecisionWarning,
-            stacklevel=4,
         )
     lines = Lines(
         own(ends[..., :3].astype(np.float32)),

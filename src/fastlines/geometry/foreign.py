@@ -15,7 +15,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
@@ -24,8 +23,9 @@ import numpy as np
 
 from ..arrays import INVALID, AnyArray, IntArray, choice, kind_of, to_integers
 from ..errors import FileWarning, InputError
+from ..support.warn_caller import warn_caller
 from .lines import Lines, as_lines
-from .making import Making, as_column, has_attributes
+from .making import Making, flat_column, has
 from .map_features import of_features
 from .offsets import check_offset, with_offset
 from .strand_attributes import with_strand_values
@@ -97,7 +97,7 @@ def lines(obj: Any, *, offset: Any = None, invalid: str = "error") -> Lines:
     if isinstance(obj, Lines) and offset is not None and obj.offset != check_offset(offset):
         made = with_offset(obj, offset)
     for text in told:
-        warnings.warn(text, FileWarning, stacklevel=2)
+        warn_caller(text, FileWarning)
     return made
 
 
@@ -107,24 +107,24 @@ def _lines_of(obj: Any, how: Making) -> Lines:
         return obj
     if isinstance(obj, type):
         raise InputError(f"lines are a class, {obj.__name__}; expected an object of it")
-    if hasattr(obj, "tractogram"):
+    if has(obj, "tractogram"):
         return _lines_of(obj.tractogram, how)
-    if has_attributes(obj, "streamlines", "data_per_point") or has_attributes(obj, "streamlines", "data_per_vertex"):
+    if has(obj, "streamlines", "data_per_point") or has(obj, "streamlines", "data_per_vertex"):
         return _of_tractogram(obj, how)
     if _is_sequence(obj):
         return Lines.from_points(*_points_and_counts(obj), **how.options)
     for of_others in (of_vtk, of_features):
         if (made := of_others(obj, how)) is not None:
             return made
-    if has_attributes(obj, "entities", "vertices"):
+    if has(obj, "entities", "vertices"):
         return _of_path(obj, how)
     if isinstance(obj, Iterator):
         return _lines_of(list(obj), how)
     if isinstance(obj, list | tuple) or (isinstance(obj, np.ndarray) and obj.dtype == object and obj.ndim == 1):
         return _of_list(obj, how)
-    if has_attributes(obj, "control", "pieces"):
+    if has(obj, "control", "pieces"):
         raise InputError("lines are Curves; curves.pieces.lines are lines, and build takes curves as they are")
-    if has_attributes(obj, "geometry", "first_hit"):
+    if has(obj, "geometry", "first_hit"):
         raise InputError(f"lines are {kind_of(obj)}; expected lines: pass tree.geometry, or save the tree by tree.save")
     array = to_array(obj)
     return as_lines(_in_space(array, how) if _shape(array)[1:] == (2, 2) else array, **how.options)
@@ -132,18 +132,18 @@ def _lines_of(obj: Any, how: Making) -> Lines:
 
 def to_array(obj: Any) -> Any:
     """Return what can be read as an array as one, sharing memory where its library allows it; else the object."""
-    if isinstance(obj, np.ndarray | str) or not (hasattr(obj, "__dlpack__") or hasattr(obj, "__array__")):
+    if isinstance(obj, np.ndarray | str) or not (has(obj, "__dlpack__") or has(obj, "__array__")):
         return obj
-    if has_attributes(obj, "type", "flatten") and hasattr(obj.type, "list_size"):  # a list of fixed size of Arrow
+    if has(obj, "type", "flatten") and hasattr(obj.type, "list_size"):  # a list of fixed size of Arrow
         if obj.null_count:
             raise InputError(f"{kind_of(obj)} has {obj.null_count} nulls; fill them, or leave their rows out")
         inner = np.asarray(to_array(obj.flatten()))
         return inner.reshape(len(obj), obj.type.list_size, *inner.shape[1:])
-    if hasattr(obj, "__dlpack__"):
+    if has(obj, "__dlpack__"):
         try:
             return np.from_dlpack(obj)
         except Exception as error:  # on another device, with gradients, of another type: each library has its own
-            if not hasattr(obj, "__array__"):
+            if not has(obj, "__array__"):
                 raise _unreadable(obj, error) from None
     try:
         return np.asarray(obj)
@@ -157,7 +157,7 @@ def _unreadable(obj: object, error: Exception) -> InputError:
 
 
 def _is_sequence(obj: object) -> bool:
-    return has_attributes(obj, "_data", "_offsets", "_lengths")
+    return has(obj, "_data", "_offsets", "_lengths")
 
 
 def _points_and_counts(sequence: Any) -> tuple[AnyArray, IntArray]:
@@ -185,7 +185,7 @@ def _points_and_counts(sequence: Any) -> tuple[AnyArray, IntArray]:
 
 def _of_tractogram(obj: Any, how: Making) -> Lines:
     """Make lines of a tractogram of nibabel or a TrxFile."""
-    is_trx = not hasattr(obj, "data_per_point")
+    is_trx = not has(obj, "data_per_point")
     points, counts = _points_and_counts(obj.streamlines)
     affine = None if is_trx else getattr(obj, "affine_to_rasmm", None)
     if affine is not None and not np.array_equal(affine, np.eye(4)):
@@ -196,9 +196,9 @@ def _of_tractogram(obj: Any, how: Making) -> Lines:
         values, lengths = _points_and_counts(sequence)
         if not np.array_equal(lengths, counts):
             raise InputError(f"the values {name!r} per point do not have the numbers of points of the streamlines")
-        per_point[name] = as_column(values)
+        per_point[name] = flat_column(values)
     per_strand = {
-        name: as_column(np.asarray(list(values) if isinstance(values, Iterator) else values))
+        name: flat_column(np.asarray(list(values) if isinstance(values, Iterator) else values))
         for name, values in _items(obj.data_per_streamline)
     }
     if left_out := [name for name in ("groups", "data_per_group") if len(getattr(obj, name, None) or ())]:
@@ -272,7 +272,7 @@ def _of_offsets(points: Any, offsets: AnyArray, how: Making) -> Lines:
 
 
 def _items(mapping: Any) -> Iterable[tuple[str, Any]]:
-    keys: Sequence[str] = list(mapping.keys()) if isinstance(mapping, Mapping) or hasattr(mapping, "keys") else []
+    keys: Sequence[str] = list(mapping.keys()) if isinstance(mapping, Mapping) or has(mapping, "keys") else []
     return [(str(key), mapping[key]) for key in keys]
 
 

@@ -73,6 +73,7 @@ def require_numbers(name: str, values: npt.NDArray[Any]) -> npt.NDArray[Any]:
     """Refuse an attribute that does not hold numbers."""
     if values.dtype.kind not in "fiub":
         raise InputError(
-            f"{name!r} holds {values.dtype}, expected numbers; index the attribute with hits.prim[hits.hit]"
+            f"{name!r} holds {'texts or objects' if values.dtype.kind in 'OUS' else values.dtype}, expected numbers; "
+            "index the attribute with hits.prim, where that is not -1"
         )
     return values

@@ -89,7 +89,7 @@ def convert_segments(segments: npt.ArrayLike, more: dict[str, Any]) -> Converted
         array = array.reshape(0, 2, 3)
     if array.ndim != 3 or array.shape[1:] != (2, 3):
         raise InputError(f"segments have shape {array.shape}; {expected}")
-    warn_of_rounding(segments, array, 4)
+    warn_of_rounding(segments, array)
     n_given = len(array)
     strands = to_integers(more.pop("strands", np.broadcast_to(-1, n_given)), "strands")
     radius = more.pop("radius", None)
@@ -148,7 +148,7 @@ def join_points(
 ) -> dict[str, Any]:
     """Join consecutive points to strands; return the arguments of `Lines.from_segments`."""
     given, points = points, _points(points, "points")
-    warn_of_rounding(given, points, 4)
+    warn_of_rounding(given, points)
     counts = to_integers(counts, "counts")
     if counts.ndim != 1 or (counts < 0).any() or (counts > len(points)).any() or counts.sum() != len(points):
         raise InputError(
@@ -180,7 +180,7 @@ def join_strands(
     if parts and check_offset(offset) != NO_OFFSET:
         points = np.concatenate([np.reshape(np.asarray(strand, np.float64), (-1, 3)) for strand in given])
     elif is_far(points):
-        warn_of_rounding(np.concatenate([np.reshape(strand, (-1, 3)) for strand in given]), points, 4)
+        warn_of_rounding(np.concatenate([np.reshape(strand, (-1, 3)) for strand in given]), points)
     counts = [len(part) for part in parts]
     return {
         "points": points,

@@ -32,11 +32,11 @@ class Making:
         return {"invalid": self.invalid, "offset": self.offset}
 
 
-def has_attributes(obj: object, *names: str) -> bool:
-    """Return whether an object has all of these attributes, by which objects of other libraries are recognised."""
+def has(obj: object, *names: str) -> bool:
+    """Return whether an object has all attributes of these names, by which it is recognised."""
     return all(hasattr(obj, name) for name in names)
 
 
-def as_column(values: AnyArray) -> AnyArray:
+def flat_column(values: AnyArray) -> AnyArray:
     """Return values without a last dimension of size 1."""
     return values[:, 0] if values.ndim == 2 and values.shape[1] == 1 else values

@@ -24,7 +24,7 @@ from ..errors import InputError
 from ..support.distinct import is_among
 from ..support.texts import kinds_text
 from .lines import Lines
-from .making import Making, has_attributes
+from .making import Making, has
 from .strand_attributes import FEATURE, array_of, objects, with_strand_values
 
 #: The numbers that shapely has for types of geometries.
@@ -37,9 +37,9 @@ def of_features(obj: Any, how: Making) -> Lines | None:
     """Return the lines of geometries; None if the object is none."""
     if _is_geometry(obj):
         return _of_geometries(objects([obj]), how)
-    if has_attributes(obj, "geometry", "columns", "crs"):
+    if has(obj, "geometry", "columns", "crs"):
         return _of_frame(obj, how)
-    if has_attributes(obj, "geom_type", "crs"):
+    if has(obj, "geom_type", "crs"):
         return replace(_of_geometries(objects(obj), how), **_facts(obj.crs))
     if isinstance(obj, list | tuple | np.ndarray) and _is_geometry(_first(obj)):
         return _of_geometries(objects(obj), how)
@@ -47,7 +47,7 @@ def of_features(obj: Any, how: Making) -> Lines | None:
 
 
 def _is_geometry(obj: object) -> bool:
-    return has_attributes(obj, "geom_type", "wkb") and isinstance(obj.geom_type, str)  # type: ignore[attr-defined]
+    return has(obj, "geom_type", "wkb") and isinstance(obj.geom_type, str)  # type: ignore[attr-defined]
 
 
 def _first(obj: Any) -> object:

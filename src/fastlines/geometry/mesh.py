@@ -56,7 +56,7 @@ class Mesh(AnyGeometry):
             array = array.reshape(0, self.n_corners, 3)
         if array.ndim != 3 or array.shape[1:] != (self.n_corners, 3):
             raise InputError(f"{self.name} have shape {array.shape}; expected (n, {self.n_corners}, 3)")
-        warn_of_rounding(corners, array, advice=SHIFT_ADVICE)
+        warn_of_rounding(corners, array, SHIFT_ADVICE)
         refuse_rows(unusable(array), self.name)
         object.__setattr__(self, "corners", array)
         for kind, given in (("attributes", attributes), ("corner_attributes", corner_attributes)):

@@ -8,7 +8,7 @@ rays, points, cameras and files have the coordinates that were given.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any, TypeAlias
 
@@ -16,8 +16,9 @@ import numpy as np
 import numpy.typing as npt
 
 from ..arrays import COORDINATE_LIMIT, warn_of_rounding
-from ..errors import InputError
+from ..errors import InputError, PrecisionWarning
 from ..support.metadata import read_only
+from ..support.warn_caller import warn_caller
 
 Offset: TypeAlias = tuple[float, float, float]
 
@@ -131,9 +132,30 @@ def with_offset(part: Any, offset: object) -> Any:
     name = next(iter(part.sections))
     points, facts = reduced(getattr(part, name).astype(np.float64) + part.offset, offset)
     rounded = np.asarray(points, np.float32, order="C")
-    warn_of_rounding(points, rounded, 4)
+    warn_of_rounding(points, rounded)
     metadata = {key: value for key, value in part.metadata.items() if key != OFFSET} | facts
     return replace(part, **{name: rounded}, metadata=metadata)
+
+
+def warn_of_places(parts: Sequence[Any]) -> None:
+    """Warn of triangles and boxes that lie where the lines beside them would be without an offset."""
+    lines = [part for part in parts if part.has_axes and len(part)]
+    if not lines or lines[0].offset == NO_OFFSET:
+        return
+    offset = lines[0].offset
+    corners = np.stack([part.bounds for part in lines])
+    low, high = corners[:, 0].min(axis=0), corners[:, 1].max(axis=0)
+    for i, part in enumerate(parts):
+        if part.has_axes or not len(part):
+            continue
+        least, most = part.bounds.astype(np.float64)
+        apart, apart_without = (((most < low + by) | (least > high + by)).any() for by in (0, np.array(offset)))
+        if apart and not apart_without:
+            warn_caller(
+                f"part {i} ({part.count_text()}) lies far from the lines, which are less their offset, {offset}: "
+                f"subtract it from the corners of part {i}, too",
+                PrecisionWarning,
+            )
 
 
 def middle_of(points: npt.NDArray[Any]) -> Offset:

@@ -89,7 +89,7 @@ class Triangles(Mesh):
                 f"{int(wrong.sum())} faces name none of the {len(points)} vertices ({list_rows(wrong)}); they count "
                 "from 0"
             )
-        warn_of_rounding(vertices, points, advice=SHIFT_ADVICE)
+        warn_of_rounding(vertices, points, SHIFT_ADVICE)
         per_vertex = {
             name: column(values, name, len(points), "vertices") for name, values in (attributes or {}).items()
         }

@@ -25,7 +25,7 @@ from ..errors import InputError
 from ..support.texts import kinds_text
 from .join_lines import join_lines
 from .lines import Lines
-from .making import Making, as_column, has_attributes
+from .making import Making, flat_column, has
 from .offsets import AUTO, middle_of
 from .vtk_cells import cells_in_rows, line_cells, lines_of_cells
 
@@ -37,20 +37,20 @@ _MAX_DEPTH = 64
 
 def of_vtk(obj: Any, how: Making) -> Lines | None:
     """Return the lines of a mesh or of several; None if the object is none."""
-    if has_attributes(obj, "GetBlock", "GetNumberOfBlocks"):
+    if has(obj, "GetBlock", "GetNumberOfBlocks"):
         return _of_blocks(obj, how)
-    if has_attributes(obj, "GetPointData", "GetCellData") and not has_attributes(obj, "point_data", "n_cells"):
+    if has(obj, "GetPointData", "GetCellData") and not has(obj, "point_data", "n_cells"):
         return _of_mesh(_as_pyvista(obj), kind_of(obj), how)
     return _of_mesh(obj, kind_of(obj), how)
 
 
 def _of_mesh(mesh: Any, name: str, how: Making) -> Lines | None:
-    if has_attributes(mesh, "lines", "points", "point_data", "cell_data"):
+    if has(mesh, "lines", "points", "point_data", "cell_data"):
         rows = np.asarray(mesh.lines)
         # Cells are vertices, lines, faces and strips, in this order.
         first, n_cells, others = int(mesh.n_verts), int(mesh.n_cells), "vertices, faces or strips"
         types = None
-    elif has_attributes(mesh, "cells", "celltypes", "points", "point_data", "cell_data"):
+    elif has(mesh, "cells", "celltypes", "points", "point_data", "cell_data"):
         rows, types = np.asarray(mesh.cells), np.asarray(mesh.celltypes)
         first, n_cells, others = 0, len(types), "neither lines nor polylines"
     else:
@@ -69,8 +69,8 @@ def _of_mesh(mesh: Any, name: str, how: Making) -> Lines | None:
     return lines_of_cells(
         points[cells.points],
         cells.counts,
-        {name: as_column(values[cells.points]) for name, values in _items(mesh.point_data)},
-        {name: as_column(values[first + used]) for name, values in _items(mesh.cell_data)},
+        {name: flat_column(values[cells.points]) for name, values in _items(mesh.point_data)},
+        {name: flat_column(values[first + used]) for name, values in _items(mesh.cell_data)},
         dict(_items(getattr(mesh, "field_data", {}))),
         **how.options,
         warn=lambda text: how.warn(f"{name}: {text}"),
@@ -106,7 +106,7 @@ def _blocks(obj: Any, depth: int) -> Iterator[Any]:
         raise InputError(f"{kind_of(obj)}: its blocks are nested more than {_MAX_DEPTH} deep")
     for i in range(obj.GetNumberOfBlocks()):
         block = obj.GetBlock(i)
-        if has_attributes(block, "GetBlock", "GetNumberOfBlocks"):
+        if has(block, "GetBlock", "GetNumberOfBlocks"):
             yield from _blocks(block, depth + 1)
         else:
             yield block
@@ -114,7 +114,7 @@ def _blocks(obj: Any, depth: int) -> Iterator[Any]:
 
 def _points_of(mesh: Any) -> AnyArray:
     """Return the points of a mesh of PyVista or VTK."""
-    points = mesh.points if has_attributes(mesh, "point_data", "n_cells") else _as_pyvista(mesh).points
+    points = mesh.points if has(mesh, "point_data", "n_cells") else _as_pyvista(mesh).points
     return np.asarray(points).reshape(-1, 3)
 
 
@@ -138,9 +138,9 @@ def _as_pyvista(obj: Any) -> SimpleNamespace:
         field_data=columns(obj.GetFieldData()),
         n_cells=obj.GetNumberOfCells(),
     )
-    if has_attributes(obj, "GetLines", "GetNumberOfVerts"):
+    if has(obj, "GetLines", "GetNumberOfVerts"):
         found.lines, found.n_verts = rows(obj.GetLines()), obj.GetNumberOfVerts()
-    elif has_attributes(obj, "GetCells", "GetCellType"):
+    elif has(obj, "GetCells", "GetCellType"):
         found.cells = rows(obj.GetCells())
         found.celltypes = np.array([obj.GetCellType(i) for i in range(found.n_cells)], np.int64)
     return found

@@ -46,7 +46,9 @@ def grid_to_write(
         said = f"that no voxel grid is known (one of {shape} voxels of {size:g} mm, which holds the lines, is written: "
         return grid, [f"{said}reference= takes that of your image)"] if len(points) else []
     n = grid.count_outside(points)
-    return grid, [f"a place in the voxel grid for {n:,} points outside of it, which DIPY refuses"] if n else []
+    return grid, [
+        f"that all points lie in the voxel grid ({n:,} are outside of it, and DIPY refuses such files)"
+    ] if n else []
 
 
 def _of_file(path: Path) -> VoxelGrid | None:

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import warnings
-
 from ..arrays import kind_of
+from ..support.warn_caller import warn_caller
 from .format import Format
 from .source import reason
 
@@ -26,10 +25,9 @@ def find() -> list[tuple[str, Format]]:
             if row.module is None:
                 raise TypeError("it names no module; pass module=__name__")
         except Exception as error:  # that of anyone's module
-            warnings.warn(
+            warn_caller(
                 f"the format {point.name!r} of {owner} is left out, as its entry point {point.value!r} cannot be used "
-                f"({type(error).__name__}: {reason(error)}); repair or uninstall {owner}",
-                stacklevel=2,
+                f"({type(error).__name__}: {reason(error)}); repair or uninstall {owner}"
             )
         else:
             found.append((owner, row))

@@ -7,7 +7,6 @@ import gzip
 import os
 import stat
 import struct
-import warnings
 import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -27,6 +26,7 @@ from ..geometry.curves import Curves
 from ..geometry.lines import Lines
 from ..geometry.offsets import NO_OFFSET, check_offset, with_offset
 from ..progress import ProgressCallback, ProgressOption, reporting
+from ..support.warn_caller import warn_caller
 from . import table
 from .format import AnyLines, Format
 from .source import BAD_COPY, Source, reason
@@ -114,7 +114,7 @@ def read(
         source.offset = wanted
         lines = _parse(row, source, invalid, options)
     for oddity in source.oddities:
-        warnings.warn(oddity, FileWarning, stacklevel=2)
+        warn_caller(oddity, FileWarning)
     return lines
 
 

@@ -6,7 +6,6 @@ import gzip
 import os
 import shutil
 import tempfile
-import warnings
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +16,7 @@ from ..geometry.foreign import lines as as_lines
 from ..geometry.offsets import NO_OFFSET, OFFSET, with_offset
 from ..support.atomic_write import atomic_write
 from ..support.texts import counted
+from ..support.warn_caller import warn_caller
 from .format import Format
 from .table import extension_of, known_formats, path_of, to_write
 
@@ -89,7 +89,7 @@ def write(path: str | os.PathLike[str], lines: Any, **options: Any) -> None:
     if lost:
         lost = list(dict.fromkeys(lost))
         why = "not kept, as the format has no place for it"
-        warnings.warn(f"{target}: {why}: {'; '.join(lost)}", FileWarning, stacklevel=2)
+        warn_caller(f"{target}: {why}: {'; '.join(lost)}", FileWarning)
 
 
 def parts_to_write(lines: Any, row: Format) -> list[AnyGeometry]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import warnings
 from typing import Any
 
 import numpy as np
@@ -17,6 +16,7 @@ from ..io.losses import is_encodable, strand_numbers
 from ..io.polylines import polylines_of
 from ..io.writing import to_written
 from ..support.optional import optional
+from ..support.warn_caller import warn_caller
 
 
 def pyvista() -> Any:
@@ -87,7 +87,7 @@ def to_polydata(lines: Any) -> Any:
         if text is not None:
             mesh.GetFieldData().AddArray(_text(name, text))
     if lost:
-        warnings.warn(f"not kept in PolyData: {'; '.join(lost)}", FileWarning, stacklevel=2)
+        warn_caller(f"not kept in PolyData: {'; '.join(lost)}", FileWarning)
     return mesh
 
 

@@ -44,12 +44,21 @@ def _by_group(ray: IntArray, group: IntArray, t: FloatArray) -> IntArray:
     return np.lexsort((t, group, ray))
 
 
-def merged(crossing: IntArray, t_out: FloatArray, distance: FloatArray) -> tuple[IntArray, FloatArray, FloatArray]:
-    """Return the first hit of each crossing, in the order of the hits; where the last ends; and the least distance."""
+def merged(
+    crossing: IntArray, t: FloatArray, t_out: FloatArray, distance: FloatArray
+) -> tuple[IntArray, FloatArray, FloatArray]:
+    """Return the hit that begins each crossing, where its last hit ends, and its least distance.
+
+    Crossings stand in the order of their first hits in the list, which may be sorted by distance.
+    """
     n = int(crossing.max(initial=-1)) + 1
-    first, ends, least = np.full(n, len(crossing)), np.full(n, -np.inf, np.float32), np.full(n, np.inf, np.float32)
-    np.minimum.at(first, crossing, np.arange(len(crossing)))
+    ends, least, earliest = (np.full(n, value, np.float32) for value in (-np.inf, np.inf, np.inf))
     np.maximum.at(ends, crossing, t_out)
     np.minimum.at(least, crossing, distance)
-    first.sort()
-    return first, ends[crossing[first]], least[crossing[first]]
+    np.minimum.at(earliest, crossing, t)
+    first, begin = np.full(n, len(crossing)), np.full(n, len(crossing))
+    np.minimum.at(first, crossing, np.arange(len(crossing)))
+    begins = np.flatnonzero(t == earliest[crossing])
+    np.minimum.at(begin, crossing[begins], begins)
+    order = np.argsort(first)
+    return begin[order], ends[order], least[order]

@@ -232,8 +232,13 @@ class AllHits(_OfGeometry):
         part = np.zeros(len(self), np.int64) if self.part is None else self.part
         groups = np.stack([part, np.where(self.strand >= 0, self.strand, alone)])
         group = np.unique(groups, axis=1, return_inverse=True)[1].reshape(-1)
-        first, ends, distance = merged(crossings(self.ray, group, self.t, self.t_out), self.t_out, self.distance)
+        first, ends, distance = merged(
+            crossings(self.ray, group, self.t, self.t_out), self.t, self.t_out, self.distance
+        )
         offsets = offsets_of(self.ray[first], len(self.offsets) - 1)
         columns = self.t[first], self.prim[first], self.u[first], distance, ends
         kept = None if self.part is None else part[first]
-        return AllHits(offsets, *columns, self.skipped, self.geometry, self.rays, kept)
+        found = AllHits(offsets, *columns, self.skipped, self.geometry, self.rays, kept)
+        if self.geometry is None:  # of a pickle, which has these in its place
+            found.__dict__.update(row=own(self.row[first]), strand=own(self.strand[first]))
+        return found

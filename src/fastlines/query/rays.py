@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import warnings
 from dataclasses import dataclass, replace
 from typing import Any, Protocol, TypeAlias
 
@@ -215,11 +214,10 @@ def less_offset(given: RayArguments, offset: Offset, bounds: FloatArray) -> RayA
         far, near = (float(np.abs(points[np.isfinite(points)]).max(initial=0)) for points in (coarse, origins))
         scale = max(near, *map(abs, (*low, *high)))
         if far * 2.0**-24 > scale * COARSE:
-            warnings.warn(
+            warn_caller(
                 f"the origins of rays are float32, which rounds {far:g} by up to {far * 2.0**-24:.2g}, and the lines "
                 f"have an offset, {offset}, because that is too coarse; give the origins as float64",
                 PrecisionWarning,
-                stacklevel=6,
             )
     return replace(given, origins=origins)
 

@@ -26,6 +26,8 @@ from ..arrays import box_of
 from ..camera import Camera, Vector
 from ..geometry.any_geometry import AnyGeometry
 from ..geometry.lines import AXES
+from ..geometry.offsets import NO_OFFSET
+from .shading.own_frame import moved
 
 #: Lines are flat if an extent is at most this fraction of the largest.
 FLAT = 1e-3
@@ -134,6 +136,10 @@ def turntable_camera(
     """
     default_direction, default_up = default_view(geometry)
     direction, up = direction or default_direction, up or default_up
+    if geometry.offset != NO_OFFSET:
+        near = geometry.without_offset()
+        camera = turntable_camera(near, direction=direction, up=up, fov_degrees=fov_degrees, aspect=aspect)
+        return moved(camera, geometry.offset)
     points, radii = (values.astype(np.float64) for values in geometry.span())
     if len(points) == 0:
         return default_camera(geometry, direction=direction, up=up, fov_degrees=fov_degrees, aspect=aspect)

@@ -16,6 +16,7 @@ from ..geometry.any_geometry import AnyGeometry
 from ..geometry.collection import as_geometry
 from ..geometry.offsets import NO_OFFSET, Offset
 from ..progress import ProgressOption
+from ..query.rays import warn_of_radius
 from ..tree import Tree
 from .color.palette import check_map
 from .default_view import ViewOptions, complete_size, default_size
@@ -182,6 +183,9 @@ def plan_picture(
     if is_suitable:
         radius = suitable_radius(tree, camera) if len(geometry) else 0.0
     radius = check_radius(tree, radius)
+    if not geometry.takes_radius:
+        warn_of_radius(geometry, radius)
+        radius = 0.0
     return PicturePlan(tree, camera, width, height, radius, look, options, legend, is_suitable, offset)
 
 

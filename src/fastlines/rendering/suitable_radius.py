@@ -93,11 +93,11 @@ def some_rays(tree: Tree, origins: npt.ArrayLike, directions: npt.ArrayLike, **b
     return (origins[crossing], directions[crossing]) if crossing.sum() >= LEAST else None
 
 
-def least_radius(tree: Tree, rays: Any, radius: float, **bounds: Any) -> tuple[float | None, float]:
+def least_radius(tree: Tree, rays: Any, radius: float, **asked: Any) -> tuple[float | None, float]:
     """Return the least round radius above a given one with which enough of the rays hit, and which share does."""
     size = float(np.ptp(tree.nodes["box"][0], axis=0).max())
     for larger in round_numbers(max(radius, 1e-6 * size), size):
-        suits = float(tree.any_hit(rays[0], rays[1], larger, **bounds).mean())
+        suits = float(tree.any_hit(rays[0], rays[1], larger, **asked).mean())
         if suits >= MANY:
             return larger, suits
     return None, 0.0

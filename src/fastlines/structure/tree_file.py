@@ -5,7 +5,6 @@ from __future__ import annotations
 import dataclasses
 import json
 import os
-import warnings
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -18,6 +17,7 @@ from ..settings.settings import Cost, Limits, Presplit, Settings
 from ..settings.splits import split_set_from
 from ..support import container
 from ..support.metadata import to_json
+from ..support.warn_caller import warn_caller
 from .geometry_file import from_sections, to_sections
 from .tree_data import NODE, REF, TreeData
 
@@ -42,10 +42,9 @@ def write(tree: TreeData, path: str | os.PathLike[str]) -> None:
         raise InputError(f"{path}: trees are not compressed, so that they can be mapped into memory; save it as .flt")
     sections, facts, lost = to_sections(tree.geometry)
     if lost:
-        warnings.warn(
+        warn_caller(
             f"{path} does not keep the attributes {', '.join(lost)}: it takes texts, booleans, whole numbers and "
-            "floats of up to 8 bytes, in up to 3 dimensions; convert them, or save them beside it",
-            stacklevel=3,
+            "floats of up to 8 bytes, in up to 3 dimensions; convert them, or save them beside it"
         )
     nodes, refs = tree.words()
     arrays = {"nodes": nodes, "refs": refs, **sections}

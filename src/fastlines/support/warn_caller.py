@@ -8,7 +8,7 @@ import warnings
 _PACKAGE = __name__.partition(".")[0]
 
 
-def warn_caller(text: str, category: type[Warning]) -> None:
+def warn_caller(text: str, category: type[Warning] = UserWarning) -> None:
     """Warn the code that called the package."""
     level = 1
     frame = sys._getframe()

@@ -118,7 +118,7 @@ def write(lines: Lines, path: Path) -> list[str]:
     # Add the arrays in the order of their bits.
     bits = _SEGMENTS | _POINTS
     points = polylines.points[rows].astype("<f4")
-    warn_of_rounding(polylines.points[rows], points, 4, FLOAT64_ADVICE)
+    warn_of_rounding(polylines.points[rows], points, FLOAT64_ADVICE)
     arrays = [(counts - 1).astype("<u2"), points]
     if polylines.radius is not None:
         bits |= _THICKNESS

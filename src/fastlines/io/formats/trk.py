@@ -135,7 +135,7 @@ def write(lines: Lines, path: Path, *, reference: Any = None) -> list[str]:
                 raise InputError(f"the metadata {GRID!r}: its {name} is {value!r}, which a .trk cannot hold") from None
     points = transform(inverse(grid.to_rasmm()), parts.points)
     if lines.offset != NO_OFFSET:
-        warn_of_rounding(points, points.astype(np.float32), 4, FLOAT64_ADVICE)
+        warn_of_rounding(points, points.astype(np.float32), FLOAT64_ADVICE)
     header["n_scalars"], header["n_properties"] = scalars.shape[1], properties.shape[1]
     header["scalar_names"][: len(scalar_names)] = scalar_names
     header["property_names"][: len(property_names)] = property_names

@@ -63,7 +63,8 @@ class NearestBackend:
         most = np.where(RayBatch.scalar(rays.spread, left) > 0, np.inf, RayBatch.scalar(rays.radius, left))
         while len(left):
             # The last step is the whole query: with the whole radius, or once all of the scene is within reach.
-            radius = (away[left] + more[left]).astype(np.float32)
+            with np.errstate(over="ignore", invalid="ignore"):  # the origins of skipped rays are far away
+                radius = (away[left] + more[left]).astype(np.float32)
             is_last = (GROWTH * radius >= most[left]) | (more[left] >= 4 * size)
             if (last := left[is_last]).size:
                 parts.append((last, self.all.list_hits(rays.some(last), surface, k, True, progress)))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -11,6 +10,7 @@ import numpy as np
 from ...arrays import AnyArray, FloatArray, did_you_mean
 from ...errors import FileWarning, InputError
 from ...geometry.any_geometry import AnyGeometry
+from ...support.warn_caller import warn_caller
 from ..color.legend import ColorBar, Legend, Triad
 from ..color.palette import light_of, of_directions, of_neurites, of_numbers
 from ..color.tone import linear
@@ -109,7 +109,7 @@ def make_color(by: str | Sequence[float], color_map: str, geometry: AnyGeometry)
     if by in WORDS:
         if by in known:
             text = f"color={by!r} is the {by} of lines; color={ATTRIBUTE + by!r} is their attribute of this name"
-            warnings.warn(text, FileWarning, stacklevel=6)
+            warn_caller(text, FileWarning)
         return Color(by, color_map)
     name = by.removeprefix(ATTRIBUTE)
     if name not in known:

@@ -37,7 +37,7 @@ def pixel_size(geometry: AnyGeometry, camera: Camera, height: int) -> float:
     """Return the side of a pixel at the distance of the middle of a geometry, in its units."""
     if len(geometry) == 0:
         return 0.0
-    middle = geometry.bounds.astype(np.float64).mean(axis=0)
+    middle = geometry.bounds.astype(np.float64).mean(axis=0) + geometry.offset
     distance = float(np.sqrt(((middle - camera.origin) ** 2).sum()))
     return 2 * math.tan(math.radians(camera.fov_degrees) / 2) / height * distance
 
