@@ -250,8 +250,7 @@ class TreeOf final : public TreeImpl {
       progress.per_step = share_of_step(rays.size());
       if (!has_spread(rays.spread)) return run_search(LayoutSearch<P>{view_, prims_, ignored}, progress);
       const fastlines::SpreadCones prims(spread_items());
-      const auto view = fastlines::view_of(wide_, prims);
-      run_search(LayoutSearch<fastlines::SpreadCones>{view, prims, ignored}, progress);
+      run_search(LayoutSearch<fastlines::SpreadCones>{fastlines::view_of(wide_, prims), prims, ignored}, progress);
     });
   }
 
