@@ -77,7 +77,7 @@ def test_hits_lead_back_to_features(load):
     hits = fl.build(lines).first_hit([[4, 1.5, -1], [9, 9, 9], [0, 0.5, -1]], [0, 0, 1], 0.1)
     assert lines.attributes["name"][hits.prim[hits.hit]].tolist() == ["ölm", "oak"]
     assert document["features"][lines.attributes["feature"][hits.prim[0]]]["properties"]["name"] == "ölm"
-    with pytest.raises(fl.InputError, match="'name' holds object, expected numbers"):
+    with pytest.raises(fl.InputError, match="'name' holds texts or objects, expected numbers"):
         hits.sample("name")
 
 
