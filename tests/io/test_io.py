@@ -149,6 +149,11 @@ def test_unknown_extension_lists_the_known_ones(load, name):
     assert "name the format by format= (--format on the command line)" in text
 
 
+@pytest.mark.parametrize("name", ["a.shp", "a.gpkg", "a.fgb", "a.kml"])
+def test_formats_of_maps_lead_to_geopandas(load, name):
+    assert "read it by geopandas.read_file, and pass the frame to fl.lines" in message_of(load, b"what?", name)
+
+
 def test_the_docs_name_every_format():
     page = (Path(__file__).parents[2] / "docs" / "formats.md").read_text(encoding="utf-8")
     named = page.partition("`format=` takes")[2].partition("\n\n")[0]

@@ -121,6 +121,10 @@ NOT_READ = {
         "it with Alembic's own library and pass its points to Curves.from_strands or Lines.from_points"
     ),
     ".flt": "is a tree, not a file of lines; fl.load reads it",
+    **dict.fromkeys(
+        (".shp", ".gpkg", ".fgb", ".kml"),
+        "is a format of maps that is not read; read it by geopandas.read_file, and pass the frame to fl.lines",
+    ),
 }
 
 
