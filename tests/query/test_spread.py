@@ -227,7 +227,7 @@ def test_a_spread_has_no_surface() -> None:
 @pytest.mark.parametrize(
     ("spread", "message"),
     [
-        (-0.1, "1 of 1 rays have a spread that is not a number from 0 to 1e\\+12"),
+        (-0.1, "1 of 1 rays have a spread that is not a number from 0 to 1e\\+12 .row 0.: spread = -0.1; fix"),
         (np.nan, "have a spread that is not a number"),
         (np.inf, "have a spread that is not a number"),
         (1e11, "have a radius that their spread makes larger than .* somewhere in the scene"),

@@ -189,6 +189,7 @@ def check_rays(given: RayArguments, bounds: FloatArray) -> RayBatch:
         if bad.any():
             once = ", ".join(f"{name} = {values[0]:g}" for name, values in scalars.items() if name in fault)
             where = f" ({list_rows(bad)})" if len(rows) == n_rays else f": {once}, for all"
+            where += f": {once}" if once and n_rays == 1 else ""
             found.append(f"{int(bad.sum())} of {n_rays} rays {fault}{where}")
         skipped |= bad
     if found and given.invalid == "error":
