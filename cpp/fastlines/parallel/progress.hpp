@@ -17,7 +17,7 @@ struct Cancelled : std::exception {
   const char* what() const noexcept override { return "cancelled"; }
 };
 
-/// How often a watcher is asked whether to go on.
+/// The interval at which a watcher polls for cancellation.
 inline constexpr std::chrono::milliseconds kPollInterval{50};
 
 /// The fraction to show. Threads report their shares in any order, and rounding may raise their sum above 1.

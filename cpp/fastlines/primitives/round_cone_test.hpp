@@ -161,7 +161,7 @@ class RoundConeTest {
     const MaskOf<N> cancels = zero < w * ball.c1;
     const N step = blend(cancels, ball.c1 * ball.c1 - g_.er * g_.er * ball.c0, w - ball.c1) /
                    blend(cancels, length2 * (w + ball.c1), c2);
-    // Stay on the axis. A capsule parallel to the ray is met at an end.
+    // Clamp s to the axis. A ray parallel to a capsule touches the ball at an end.
     const N touched = from + step;
     const MaskOf<N> at_end = (is_steep & ((ahead * slope_ <= zero) | (length2 <= zero))) | (g_.parallel & (m2 <= zero));
     N s = blend(at_end, larger_end(blend(ahead < zero, one, zero)), clamp01(touched));
