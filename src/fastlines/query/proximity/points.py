@@ -85,7 +85,7 @@ def check_points(geometry: AnyGeometry, box: FloatArray, given: PointArguments) 
     shape, name = points.shape[:-1], given.radius_name
     points = points.reshape(-1, 3)
     radius = one_or_each(name, given.radius, shape, "points")
-    ignored = ignored_of(geometry, shape, given.ignore, given.ignore_strands)
+    ignored = ignored_of(geometry, shape, given.ignore, given.ignore_strands, "points")
     low, high, largest = limits_of(bounds)
     largest = largest if len(geometry) else FLOAT32_MAX
     fits = (radius >= 0) & (radius <= (largest if name == "radius" else np.inf))
