@@ -159,7 +159,7 @@ def test_threads_keep_to_the_cores_that_the_process_may_use() -> None:
 def test_queries_from_many_threads() -> None:
     """One tree, asked by eight Python threads at once, while another is built."""
     rays = [array[:600] for array in RAYS]
-    expected = TREE.all_hits(*rays, 0.01)
+    expected, nearest = TREE.all_hits(*rays, 0.01), TREE.nearest(POINTS[:2000], 3)
     wrong: list[object] = []
 
     def ask() -> None:
@@ -168,6 +168,8 @@ def test_queries_from_many_threads() -> None:
                 got = TREE.all_hits(*rays, 0.01)
                 if got.prim.tobytes() != expected.prim.tobytes() or got.t.tobytes() != expected.t.tobytes():
                     wrong.append("another answer")
+                if TREE.nearest(POINTS[:2000], 3).prim.tobytes() != nearest.prim.tobytes():
+                    wrong.append("something else is nearest")
             except Exception as error:  # a thread's exception would be lost
                 wrong.append(error)
 
