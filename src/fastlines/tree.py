@@ -19,6 +19,7 @@ from .errors import InputError
 from .geometry.lines import Lines
 from .progress import ProgressOption
 from .query.backend import KERNELS, Backend, CompiledBackend
+from .query.hit_runs import HitRunQueries
 from .query.hits import AllHits, FirstHits
 from .query.queries import Query, check_query
 from .query.ray_arguments import RayArguments, RayOptions, shows_ray_options
@@ -29,12 +30,12 @@ from .support.computed_once import computed_once
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Tree(PlacedTree):
+class Tree(PlacedTree, HitRunQueries):
     """An acceleration tree over primitives, as `build` makes it.
 
     It is immutable. ``nodes`` and ``refs`` are its data; ``cost()``, ``stats()``, ``levels()`` and ``validate()``
-    describe it. The queries are ``first_hit``, ``any_hit``, ``count_hits``, ``all_hits`` and ``next_hits``, each with
-    its own radius.
+    describe it. The queries are ``first_hit``, ``any_hit``, ``count_hits``, ``all_hits``, ``iter_all_hits`` and
+    ``next_hits``, each with its own radius.
     """
 
     @shows_ray_options
