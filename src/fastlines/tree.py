@@ -10,8 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _core
-from .arrays import FloatArray, IntArray, choice
-from .cuda.choice import is_on_device
+from .arrays import FloatArray, IntArray, choice, is_on_device
 from .cuda.device_rays import check_device_query
 from .cuda.placed_tree import PlacedTree
 from .engines import engine
