@@ -25,6 +25,8 @@ class FoundPrims(Shown):
 
     prim: IntArray
     u: FloatArray
+    distance: FloatArray
+    skipped: IntArray
     geometry: AnyGeometry | None
     part: IntArray | None
 
