@@ -309,3 +309,12 @@ def crossings(
         NDArray[numpy.float32] | None,
     ],
 ]: ...
+def in_box(
+    kind: str,
+    data: NDArray[numpy.float32],
+    low: NDArray[numpy.float64],
+    high: NDArray[numpy.float64],
+    surface: bool,
+    n_threads: int,
+    progress: object | None,
+) -> tuple[NDArray[numpy.int64], NDArray[numpy.int64]]: ...

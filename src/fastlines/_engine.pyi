@@ -159,3 +159,11 @@ def count_within(
     n_threads: int,
     progress: object | None,
 ) -> NDArray[numpy.int64]: ...
+def in_box(
+    layout: fastlines._core.LayoutView,
+    low: NDArray[numpy.float64],
+    high: NDArray[numpy.float64],
+    surface: bool,
+    n_threads: int,
+    progress: object | None,
+) -> tuple[NDArray[numpy.int64], NDArray[numpy.int64]]: ...
