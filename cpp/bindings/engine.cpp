@@ -12,6 +12,7 @@ void bind_engine(nanobind::module_& m) {
   bind_build(m);
   bind_layout(m);
   bind_queries(m);
+  bind_points(m);
 }
 
 }  // namespace fastlines
