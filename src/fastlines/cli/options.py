@@ -54,6 +54,27 @@ Radius = Annotated[float | None, _radius("How near a ray must come", "lines with
 PictureRadius = Annotated[
     float | None, _radius("Half the thickness of the lines", "by default 0, or for lines without one what suits them")
 ]
+Distance = Annotated[
+    float,
+    Option("--radius", "-r", callback=finite, help="The greatest distance, in the unit of the coordinates."),
+]
+To = Annotated[
+    str | None,
+    Option(
+        metavar="WHAT",
+        help="Measure distances to the surface, the default where lines have a radius of their own, or to the axis.",
+        show_default=False,
+    ),
+]
+TableFile = Annotated[
+    str | None,
+    Option(
+        "--output",
+        "-o",
+        metavar="FILE",
+        help="Write the table to this .csv, .parquet or .npz file; else only print figures.",
+    ),
+]
 OwnRadius = Annotated[
     bool,
     Option(
