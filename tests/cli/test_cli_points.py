@@ -60,6 +60,7 @@ def test_options_are_those_of_python():
     for given, of_python in (
         (("--to", "axis"), {"to": "axis"}),
         (("--nearest", 2, "--max-distance", 0.05), {"k": 2, "max_distance": 0.05}),
+        (("--no-own-radius",), {"to": "axis"}),
         (("--ignore", "3,17,-1"), {"ignore": [3, 17, -1]}),
         (("--ignore", "each.npy"), {"ignore": np.arange(80).reshape(40, 2)}),
         (("--ignore-strands", "0,1"), {"ignore_strands": [0, 1]}),

@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 from typer import Option
 
-from .options import Distance, FormatName, FormatOptions, Input, Json, Skip, TableFile, To, finite
+from .options import Distance, FormatName, FormatOptions, Input, Json, OwnSurface, Skip, TableFile, To, finite
 from .point_query import PointQuery
 
 Points = Annotated[
@@ -42,6 +42,7 @@ def nearest(
         Option(callback=finite, metavar="D", help="Find nothing farther away than this.", show_default=False),
     ] = None,
     to: To = None,
+    own_radius: OwnSurface = True,
     output: TableFile = None,
     sample: Samples = None,
     ignore: Ignore = None,
@@ -69,7 +70,7 @@ def nearest(
     """
     asked = PointQuery(source, points, to, output, sample, ignore, ignore_strands, parts, as_json)
     limits = {} if max_distance is None else {"max_distance": max_distance}
-    asked.run("nearest", {"k": k, **limits}, (skip_invalid, format, option))
+    asked.run("nearest", {"k": k, **limits}, (skip_invalid, format, option, own_radius))
 
 
 def within(
@@ -77,6 +78,7 @@ def within(
     points: Points,
     radius: Distance,
     to: To = None,
+    own_radius: OwnSurface = True,
     output: TableFile = None,
     sample: Samples = None,
     ignore: Ignore = None,
@@ -101,4 +103,4 @@ def within(
     [cyan]fastlines within neuron.swc 12.5,-3,40 --radius 5[/]
     """
     asked = PointQuery(source, points, to, output, sample, ignore, ignore_strands, parts, as_json)
-    asked.run("within", {"radius": radius}, (skip_invalid, format, option))
+    asked.run("within", {"radius": radius}, (skip_invalid, format, option, own_radius))

@@ -75,13 +75,16 @@ TableFile = Annotated[
         help="Write the table to this .csv, .parquet or .npz file; else only print figures.",
     ),
 ]
-OwnRadius = Annotated[
-    bool,
-    Option(
-        "--own-radius/--no-own-radius",
-        help="Whether the radius that lines have of their own counts. If not, --radius replaces it.",
-    ),
-]
+
+
+def _own_radius(otherwise: str) -> Any:
+    """Return the option --own-radius of a command."""
+    text = f"Whether the radius that lines have of their own counts. If not, {otherwise}."
+    return Option("--own-radius/--no-own-radius", help=text)
+
+
+OwnRadius = Annotated[bool, _own_radius("--radius replaces it")]
+OwnSurface = Annotated[bool, _own_radius("distances are to the axes")]
 Json = Annotated[bool, Option("--json", help="Print JSON.")]
 Skip = Annotated[bool, Option("--skip-invalid", help="Leave out segments that hold NaN or Inf.")]
 FormatName = Annotated[
