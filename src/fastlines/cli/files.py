@@ -47,7 +47,7 @@ class Source:
         """The lines, for what works with nothing else."""
         if not isinstance(self.geometry, Lines):
             kind = type(self.geometry).__name__
-            raise InputError(f"{self.name}: holds {kind}; this command takes lines only, 'fastlines build' all kinds")
+            raise InputError(f"{self.name}: holds {kind}; expected lines here, 'fastlines build' takes all kinds")
         return self.geometry
 
     def camera(self) -> Camera:
