@@ -21,6 +21,7 @@ from .query.backend import KERNELS, Backend, CompiledBackend
 from .query.hit_runs import HitRunQueries
 from .query.hits import AllHits, FirstHits
 from .query.proximity.box_queries import BoxQueries
+from .query.proximity.pair_queries import PairQueries
 from .query.proximity.queries import ProximityQueries
 from .query.queries import Query, check_query
 from .query.ray_arguments import RayArguments, RayOptions, shows_ray_options
@@ -31,13 +32,14 @@ from .support.computed_once import computed_once
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Tree(PlacedTree, HitRunQueries, ProximityQueries, BoxQueries):
+class Tree(PlacedTree, HitRunQueries, ProximityQueries, BoxQueries, PairQueries):
     """An acceleration tree over primitives, as `build` makes it.
 
     It is immutable. ``nodes`` and ``refs`` are its data; ``cost()``, ``stats()``, ``levels()`` and ``validate()``
     describe it. The queries about rays are ``first_hit``, ``any_hit``, ``count_hits``, ``all_hits``, ``iter_all_hits``
     and ``next_hits``, each with its own radius; those about points are ``nearest``, ``within`` and ``count_within``.
-    ``in_box`` is about boxes.
+    ``in_box`` is about boxes. ``pairs`` finds what is near to each other, ``iter_pairs`` in parts, and ``along`` what is
+    near to a polyline.
     """
 
     @shows_ray_options

@@ -32,6 +32,7 @@ COMMANDS = (
     "query",
     "nearest",
     "within",
+    "pairs",
     "render",
     "report",
 )

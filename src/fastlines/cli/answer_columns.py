@@ -1,4 +1,4 @@
-"""The columns of answers about points, as tables have them: a row for each primitive that was found."""
+"""The columns of answers about points and pairs, as tables have them: a row for each primitive or pair found."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from ..errors import InputError
 from ..geometry.any_geometry import AnyGeometry
+from ..query.proximity.pairs import Pairs
 from .tables import Columns
 
 #: The columns of `columns_of_points` that are not samples, in their order.
@@ -23,7 +24,7 @@ def check_samples(geometry: AnyGeometry, names: Sequence[str]) -> None:
             raise InputError(f"--sample {name!r} is the name of another column; rename the attribute")
         if names.count(name) > 1:
             raise InputError(f"--sample {name!r} is given twice; give it once")
-        if name != "radius" and name not in geometry.sample_names:
+        if name not in geometry.sample_names:
             known = ", ".join(map(repr, geometry.sample_names)) or "none"
             raise InputError(f"--sample {name!r} is not an attribute of the input; it has {known}")
 
@@ -53,6 +54,26 @@ def columns_of_points(answer: Any, point: npt.NDArray[np.int64], samples: Sequen
         for name, values in columns.items()
     }
     return columns_without_masks(masked | {"point": point})
+
+
+def no_pairs(geometry: AnyGeometry, other: AnyGeometry) -> Pairs:
+    """Return no pairs, whose columns are those of any."""
+    prims, places = np.zeros(0, np.int64), np.zeros(0, np.float32)
+    return Pairs(prims, prims, places, places, places, False, geometry, other)
+
+
+def columns_of_pairs(pairs: Pairs, points: bool = False) -> Columns:
+    """Return a row for each pair, with the points of both if they are wanted."""
+    columns: dict[str, npt.NDArray[Any]] = {"i": pairs.i, "j": pairs.j}
+    sides: dict[str, Any] = {"i": pairs.geometry, "j": pairs.other}
+    columns |= {f"row_{side}": getattr(pairs, f"row_{side}") for side, of in sides.items() if of.n_skipped}
+    strands = {side: getattr(pairs, f"strand_{side}") for side, of in sides.items() if of.n_strands}
+    columns |= {f"strand_{side}": _known(of_side) for side, of_side in strands.items()}
+    columns |= {"s": pairs.s, "t": pairs.t, "distance": pairs.distance}
+    if points:
+        names = [f"{axis}_{side}" for side in sides for axis in "xyz"]
+        columns |= zip(names, pairs.points().reshape(-1, 6).T, strict=True)
+    return columns_without_masks(columns)
 
 
 def columns_without_masks(columns: Columns) -> Columns:

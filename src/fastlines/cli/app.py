@@ -41,6 +41,7 @@ COMMANDS = {
     "query": ("query", "Find what rays hit."),
     "nearest": ("nearest", "Find the line nearest to each point."),
     "within": ("nearest", "Find the lines within a distance of each point."),
+    "pairs": ("pairs", "Find the lines that come near each other."),
     "render": ("render", "Render lines: hair, fibres, tubes; or draw the levels of a tree."),
 }
 

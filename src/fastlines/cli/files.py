@@ -90,6 +90,13 @@ def open_input(
     return source
 
 
+def open_beside(first: Source, text: str, skip_invalid: bool, own_radius: bool) -> Source:
+    """Read another input; a file of lines gets the offset of the first."""
+    is_file = not text.startswith(SCENE) and Path(text).suffix.lower() != TREE
+    offset = f"{OFFSET}={','.join(map(repr, first.geometry.offset))}"
+    return open_input(text, skip_invalid, options=[offset] if is_file else None, own_radius=own_radius)
+
+
 def _open(text: str, skip_invalid: bool, format: str | None, options: Sequence[str] | None) -> Source:
     path = Path(text)
     given = {"--format": format, "--option": options or None}
