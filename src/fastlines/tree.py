@@ -18,6 +18,7 @@ from .errors import InputError
 from .geometry.lines import Lines
 from .progress import ProgressOption
 from .query.backend import KERNELS, Backend, CompiledBackend
+from .query.hit_runs import HitRunQueries
 from .query.hits import AllHits, FirstHits
 from .query.proximity.queries import ProximityQueries
 from .query.queries import Query, check_query
@@ -29,12 +30,12 @@ from .support.computed_once import computed_once
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Tree(PlacedTree, ProximityQueries):
+class Tree(PlacedTree, HitRunQueries, ProximityQueries):
     """An acceleration tree over primitives, as `build` makes it.
 
     It is immutable. ``nodes`` and ``refs`` are its data; ``cost()``, ``stats()``, ``levels()`` and ``validate()``
-    describe it. The queries about rays are ``first_hit``, ``any_hit``, ``count_hits``, ``all_hits`` and ``next_hits``,
-    each with its own radius; those about points are ``nearest``, ``within`` and ``count_within``.
+    describe it. The queries about rays are ``first_hit``, ``any_hit``, ``count_hits``, ``all_hits``, ``iter_all_hits``
+    and ``next_hits``, each with its own radius; those about points are ``nearest``, ``within`` and ``count_within``.
     """
 
     @shows_ray_options
