@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from ..arrays import IntArray, count
 from ..errors import InputError
-from ..progress import ProgressCallback, reporting
+from ..progress import ProgressCallback, check_progress, reporting
 from .hits import AllHits
 from .queries import Query, is_merge
 from .ray_arguments import RayArguments, RayOptions, shows_ray_options
@@ -92,6 +92,7 @@ class HitRunQueries:
         """
         query = self._query(kernel, RayArguments(origins, directions, radius, **options))
         max_bytes = count("max_bytes", max_bytes, 1)
+        check_progress(query.progress)
         surface, merges = query.is_surface(at), is_merge(merge, at)
         if not isinstance(query.rays, RayBatch):
             raise InputError("rays in the memory of a GPU are not listed in parts; pass NumPy arrays, or use all_hits")
