@@ -32,14 +32,13 @@ from .support.computed_once import computed_once
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Tree(PlacedTree, HitRunQueries, ProximityQueries, BoxQueries, PairQueries):
+class Tree(PlacedTree, HitRunQueries, ProximityQueries, PairQueries, BoxQueries):
     """An acceleration tree over primitives, as `build` makes it.
 
     It is immutable. ``nodes`` and ``refs`` are its data; ``cost()``, ``stats()``, ``levels()`` and ``validate()``
     describe it. The queries about rays are ``first_hit``, ``any_hit``, ``count_hits``, ``all_hits``, ``iter_all_hits``
     and ``next_hits``, each with its own radius; those about points are ``nearest``, ``within`` and ``count_within``.
-    ``in_box`` is about boxes. ``pairs`` finds what is near to each other, ``iter_pairs`` in parts, and ``along`` what is
-    near to a polyline.
+    ``pairs`` finds what is near to each other, ``along`` what is near to a polyline, and ``in_box`` what is in boxes.
     """
 
     @shows_ray_options
