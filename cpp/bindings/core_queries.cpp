@@ -11,7 +11,9 @@
 #include "fastlines/query/crossings.hpp"
 #include "fastlines/query/for_each_ray.hpp"
 #include "fastlines/query/plane_traversal.hpp"
+#include "fastlines/query/proximity/brute_force_points.hpp"
 #include "layout.hpp"
+#include "points.hpp"
 #include "primitives.hpp"
 #include "rays.hpp"
 #include "watch.hpp"
@@ -136,6 +138,16 @@ void use_prims(const LayoutView& layout, auto&& use) {
   std::visit([&](const auto& prims) { use(prims, layout.frame); }, layout.prims);
 }
 
+/// Calls use(search) with brute force for points.
+void with_points(const BinaryView& tree, auto&& use) {
+  tree.with_prims([&]<class P>(const P& prims, const Frame& frame) {
+    if constexpr (kHasSpread<P>)
+      throw std::invalid_argument("points see no spread cones");
+    else
+      use(BruteForcePoints<P>{prims, frame});
+  });
+}
+
 /// The crossings of rays with the primitives that these pieces belong to, as lists of hits of pieces. `owner` has the
 /// primitive of each piece; without it each is one. Unless `is_complete`, a ray may hit more pieces of the same.
 template <class View>
@@ -177,6 +189,7 @@ void bind_binary_queries(nb::module_& m) {
   m.def("count_hits", &count, "tree"_a, "rays"_a, "n_threads"_a, "progress"_a.none());
   m.def("list_hits", &list, "tree"_a, "rays"_a, "surface"_a, "k"_a.none(), "by_distance"_a, "n_threads"_a,
         "progress"_a.none());
+  bind_points<BinaryView>(m);
   bind_crossings<BinaryView>(m);
   bind_crossings<LayoutView>(m);
 }

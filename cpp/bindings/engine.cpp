@@ -12,6 +12,8 @@ void bind_engine(nanobind::module_& m) {
   bind_build(m);
   bind_layout(m);
   bind_queries(m);
+  bind_points(m);
+  bind_pairs(m);
 }
 
 }  // namespace fastlines

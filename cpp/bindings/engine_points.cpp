@@ -1,0 +1,21 @@
+// Queries of points on the wide layout.
+#include "engine.hpp"
+#include "engine/point_queries.hpp"
+#include "layout.hpp"
+#include "points.hpp"
+
+namespace fastlines {
+
+/// Calls use(search) with the search of a layout.
+void with_points(const LayoutView& layout, auto&& use) {
+  layout.with_view([&]<class P>(const WideBvhView<P>& view) {
+    if constexpr (kHasSpread<P>)
+      throw std::invalid_argument("points see no spread cones");
+    else
+      use(PointSearch<P>(view, layout.leaves.size()));
+  });
+}
+
+void bind_points(nanobind::module_& m) { bind_points<LayoutView>(m); }
+
+}  // namespace fastlines

@@ -1,0 +1,136 @@
+// Searches a wide layout for what is near a point, nearest node first.
+//
+// A stack frame is a node: a mask of the children that wait, nodes and leaves, and the squared distance of each.
+// Nothing is sorted: the next child is the minimum of 16 lanes.
+#pragma once
+
+#include <vector>
+
+#include "../../parallel/progress.hpp"
+#include "../../query/proximity/point_collectors.hpp"
+#include "../cost/step_counters.hpp"
+#include "../intersect/load_fields.hpp"
+#include "../intersect/prefetch.hpp"
+#include "point_cull.hpp"
+
+namespace fastlines {
+
+/// The search of a layout, for `PointsQuery`.
+template <RayPrimitive P>
+class PointSearch {
+ public:
+  /// Whether a primitive may be reported more than once, by pieces that do not know which of them owns it.
+  static constexpr bool kRepeats = !AxisPrimitive<P>;
+
+  const Frame& frame;
+
+  PointSearch(const WideBvhView<P>& tree, std::size_t n_leaves) : frame(tree.frame), tree_(tree), n_leaves_(n_leaves) {}
+
+  /// The most steps that a point may take, for progress.
+  std::size_t n_steps() const { return n_leaves_; }
+
+  /// A node with children that wait.
+  struct StackFrame {
+    alignas(64) float dist2[kSimdWidth];
+    std::uint32_t node, waiting;
+  };
+
+  struct Scratch {
+    std::vector<StackFrame> stack;  ///< only grows
+    std::uint32_t last = kNoPrim;   ///< the nearest row of the last point, which is likely near the next one
+  };
+
+  template <PointCollector C>
+  void operator()(const PointQuery& query, C& to, Scratch& scratch, Checkpoint& checkpoint) const {
+    if constexpr (std::same_as<C, NearestOfPoint>)
+      if (scratch.last != kNoPrim) test_one(query, Reference{scratch.last}, to);
+    std::size_t depth = 0;
+    push(0, query, to.limit, scratch, depth);
+    while (depth > 0) {
+      StackFrame& top = scratch.stack[depth - 1];
+      float dist2;
+      const std::uint32_t lane = least_lane(top.waiting, FloatX16::load(top.dist2), dist2);
+      const float reach = reach_of(to.limit, query);
+      if (!(dist2 <= reach * reach)) {
+        --depth;
+        continue;
+      }
+      top.waiting &= ~(1u << lane);
+      const WideNode& node = tree_.nodes[top.node];
+      depth -= top.waiting == 0;
+      if (lane < node.n_inner) {
+        push(node.first_inner + lane, query, to.limit, scratch, depth);
+      } else {
+        checkpoint.pass();
+        test_leaf(query, tree_.leaves[node.first_leaf + (lane - node.n_inner)], to);
+      }
+    }
+    if constexpr (std::same_as<C, NearestOfPoint>)
+      if (to.best.row != kNoPrim) scratch.last = to.best.row;
+  }
+
+ private:
+  static float reach_of(float limit, const PointQuery& query) { return max(limit + query.eps, 0.0f); }
+
+  /// Push a node, if the point may be near any of its children.
+  [[gnu::always_inline]] void push(std::uint32_t index, const PointQuery& query, float limit, Scratch& scratch,
+                                   std::size_t& depth) const {
+    count_step(&StepCounters::nodes);
+    if (scratch.stack.size() == depth) scratch.stack.resize(2 * depth + 8);
+    const WideNode& node = tree_.nodes[index];
+    StackFrame& frame = scratch.stack[depth];
+    FloatX16 dist2;
+    frame.waiting = cull_boxes(query.p, node, node.planes, node.n_children, reach_of(limit, query), dist2);
+    dist2.store(frame.dist2);
+    frame.node = index;
+    depth += frame.waiting != 0;
+  }
+
+  template <PointCollector C>
+  [[gnu::always_inline]] void test_leaf(const PointQuery& query, const WideLeaf& leaf, C& to) const {
+    count_step(&StepCounters::leaves);
+    std::uint32_t near = cull_pieces<P>(query, leaf, to.limit);
+    const auto n = std::uint32_t(std::popcount(near));
+    count_step(&StepCounters::tests, n);
+    if (n > kMaxScalarTests) return test_packet(query, leaf, near, n, to);
+    for (; near; near &= near - 1)
+      test_one(query, tree_.refs[leaf.first_ref + std::uint32_t(std::countr_zero(near))], to);
+  }
+
+  template <PointCollector C>
+  [[gnu::always_inline]] void test_one(const PointQuery& query, const Reference& ref, C& to) const {
+    const auto found = nearest_point<P>(query, point_fields_of<P>(tree_.items[ref.prim], frame));
+    if (found.within) to.add({found.distance, ref.prim, found.s}, ref);
+  }
+
+  /// Test n pieces of a leaf at once.
+  template <PointCollector C>
+  void test_packet(const PointQuery& query, const WideLeaf& leaf, std::uint32_t near, std::uint32_t n, C& to) const {
+    std::uint32_t refs[kSimdWidth];
+    compress_indices(near, leaf.first_ref, refs);
+    constexpr int n_floats = sizeof(typename P::Item) / sizeof(float);
+    const float* rows[kSimdWidth];
+    for (std::uint32_t j = 0; j < kSimdWidth; ++j)
+      rows[j] = reinterpret_cast<const float*>(tree_.items + tree_.refs[refs[std::min(j, n - 1)]].prim);
+    FloatX16 floats[n_floats];
+    transpose_rows(rows, floats);
+    const auto found = nearest_point<P>(query, point_fields<P>(floats, frame));
+    float distance[kSimdWidth], s[kSimdWidth];
+    found.distance.store(distance);
+    found.s.store(s);
+    std::uint32_t hit = (found.within & (found.distance <= FloatX16(to.limit))).bits() & lane_mask(n);
+    for (; hit; hit &= hit - 1) {
+      const int j = std::countr_zero(hit);
+      const Reference ref = tree_.refs[refs[j]];
+      to.add({distance[j], ref.prim, s[j]}, ref);
+    }
+  }
+
+  /// The most survivors of a leaf for which testing them one by one is faster than as a packet.
+  static constexpr std::uint32_t kMaxScalarTests = 2;
+
+  const WideBvhView<P>& tree_;
+  std::size_t n_leaves_;
+};
+
+}  // namespace fastlines

@@ -1,0 +1,187 @@
+// Answers a query for a whole batch of points, in parallel, by any search: brute force, or a traversal of a layout.
+// Each point has its own answer, so answers depend neither on the order of points nor on the number of threads.
+#pragma once
+
+#include <mutex>
+
+#include "../../memory/buffer.hpp"
+#include "../../parallel/parallel_for.hpp"
+#include "point_collectors.hpp"
+#include "point_order.hpp"
+
+namespace fastlines {
+
+/// The answers of a query for the k nearest, as arrays of k entries for each point: infinity, −1 and 0 where there are
+/// fewer.
+struct NearestColumns {
+  float* distance;
+  std::int64_t* row;
+  float* s;
+
+  /// Write an entry. Distances in the frame are multiplied by `unit`.
+  void set(std::size_t i, const Neighbour& found, double unit) const {
+    const bool is_hit = found.row != kNoPrim;
+    distance[i] = is_hit ? float(double(found.distance) * unit) : kInfinity;
+    row[i] = is_hit ? std::int64_t(found.row) : -1;
+    s[i] = found.s;
+  }
+};
+
+/// The primitives within the radius of each point: those of point i are entries offsets[i] up to offsets[i + 1].
+struct PointLists {
+  LargeVector<std::int64_t> offsets;
+  Buffer<float> distance, s;
+  Buffer<std::int64_t> row;
+};
+
+/// A query of points: the search, the points, and what they see.
+template <class Search>
+struct PointsQuery {
+  const Search& search;
+  const PointBatch& points;
+  const Seen& seen;
+  unsigned n_threads;
+  Progress& progress;
+
+  /// Find the k nearest primitives of each point.
+  void find_nearest(std::size_t k, const NearestColumns& to) const {
+    struct Worker : PerThread {
+      using PerThread::PerThread;
+      std::vector<Neighbour> nearest;
+    };
+    for_each_block<Worker>(kMostPoints, [&](Worker& worker, const Block& block) {
+      worker.nearest.resize(k);
+      block.for_each(worker, [&](std::size_t i, const PointQuery& query) {
+        if (k == 1) {
+          NearestOfPoint nearest(query, i, seen);
+          search(query, nearest, worker.scratch, worker.checkpoint);
+          return to.set(i, nearest.best, unit());
+        }
+        KNearestOfPoint nearest(query, i, seen, worker.nearest);
+        search(query, nearest, worker.scratch, worker.checkpoint);
+        for (std::size_t j = 0; j < k; ++j)
+          to.set(i * k + j, j < nearest.size() ? worker.nearest[j] : Neighbour{}, unit());
+      });
+    });
+  }
+
+  /// Count the primitives within the radius of each point.
+  void count(std::int64_t* to) const {
+    struct Worker : PerThread {
+      using PerThread::PerThread;
+      std::vector<Neighbour> list;
+    };
+    for_each_block<Worker>(kMostListed, [&](Worker& worker, const Block& block) {
+      block.for_each(worker, [&](std::size_t i, const PointQuery& query) {
+        if (Search::kRepeats || seen.has_owners()) {
+          worker.list.clear();
+          WithinOfPoint within(query, i, seen, Search::kRepeats, worker.list);
+          search(query, within, worker.scratch, worker.checkpoint);
+          within.finish();
+          to[i] = std::int64_t(within.size());
+        } else {
+          CountOfPoint count(query, i, seen);
+          search(query, count, worker.scratch, worker.checkpoint);
+          to[i] = std::int64_t(count.n);
+        }
+      });
+    });
+  }
+
+  /// List the primitives within the radius of each point.
+  PointLists list() const {
+    struct Worker : PerThread {
+      using PerThread::PerThread;
+      std::vector<Neighbour> list;
+      std::vector<std::pair<std::uint32_t, std::uint32_t>> runs;  // of each point, in the order of their search
+    };
+    const std::size_t n = points.size();
+    PointLists lists;
+    lists.offsets.assign(n + 1, 0);
+    std::vector<LargeVector<Neighbour>> of_block(n_blocks(kMostListed));
+    for_each_block<Worker>(kMostListed, [&](Worker& worker, const Block& block) {
+      worker.list.clear();
+      block.for_each(worker, [&](std::size_t i, const PointQuery& query) {
+        WithinOfPoint within(query, i, seen, Search::kRepeats, worker.list);
+        search(query, within, worker.scratch, worker.checkpoint);
+        within.finish();
+        lists.offsets[i + 1] = std::int64_t(within.size());
+      });
+      // Sort the lists into the order of the points.
+      std::vector<std::size_t> place(block.end - block.begin + 1);
+      for (std::size_t i = block.begin; i < block.end; ++i)
+        place[i - block.begin + 1] = place[i - block.begin] + std::size_t(lists.offsets[i + 1]);
+      LargeVector<Neighbour>& to = of_block[block.index];
+      to.resize(worker.list.size());
+      auto from = worker.list.begin();
+      for (const std::uint32_t i : worker.order()) {
+        const auto count = lists.offsets[block.begin + i + 1];
+        std::copy_n(from, count, to.begin() + std::ptrdiff_t(place[i]));
+        from += count;
+      }
+    });
+    for (std::size_t i = 0; i < n; ++i) lists.offsets[i + 1] += lists.offsets[i];
+    const auto n_found = std::size_t(lists.offsets[n]);
+    for (Buffer<float>* column : {&lists.distance, &lists.s}) column->reset(n_found), column->set_size(n_found);
+    lists.row.reset(n_found);
+    lists.row.set_size(n_found);
+    const NearestColumns columns{lists.distance.data(), lists.row.data(), lists.s.data()};
+    std::size_t at = 0;
+    for (LargeVector<Neighbour>& found : of_block) {
+      for (const Neighbour& each : found) columns.set(at++, each, unit());
+      found = {};
+      progress.check();
+    }
+    return lists;
+  }
+
+ private:
+  /// Points that are sorted and answered together. Few are answered at a time where they have lists.
+  static constexpr std::size_t kMostPoints = 1 << 18, kMostListed = 1 << 13, kFewestPoints = 256;
+
+  struct PerThread {
+    explicit PerThread(Progress& progress) : checkpoint(progress) {}
+    Checkpoint checkpoint;
+    typename Search::Scratch scratch;
+    PointOrder sorter;
+    const std::vector<std::uint32_t>* sorted = nullptr;
+    const std::vector<std::uint32_t>& order() const { return *sorted; }
+  };
+
+  struct Block {
+    const PointsQuery& query;
+    std::size_t index, begin, end;
+
+    /// Call answer(i, point) for the points of the block.
+    template <class Worker, class Answer>
+    void for_each(Worker& worker, const Answer& answer) const {
+      worker.sorted = &worker.sorter.sorted(query.points.coordinates.data() + 3 * begin, end - begin);
+      for (const std::uint32_t i : worker.order()) {
+        worker.checkpoint.pass();
+        answer(begin + i, query.points.prepare(begin + i, query.search.frame));
+      }
+    }
+  };
+
+  double unit() const { return 1.0 / double(search.frame.scale); }
+
+  std::size_t points_per_block(std::size_t most) const {
+    return std::clamp(points.size() / (4 * std::max(1u, n_threads)), kFewestPoints, most);
+  }
+  std::size_t n_blocks(std::size_t most) const {
+    const std::size_t per_block = points_per_block(most);
+    return (points.size() + per_block - 1) / per_block;
+  }
+
+  template <class Worker, class Answer>
+  void for_each_block(std::size_t most, const Answer& answer) const {
+    const std::size_t per_block = points_per_block(most);
+    parallel_for(
+        n_blocks(most), n_threads, progress, [&] { return Worker(progress); },
+        [&](Worker& worker, std::size_t i) {
+          answer(worker, Block{*this, i, i * per_block, std::min(points.size(), (i + 1) * per_block)});
+        });
+  }
+};
+
+}  // namespace fastlines
