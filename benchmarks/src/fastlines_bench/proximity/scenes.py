@@ -5,7 +5,7 @@ The neuron and the tracts are published files where a folder holds these, and ot
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -43,6 +43,7 @@ class PointScene:
     source : str
         A file, or "generated".
     lines : Lines
+        Without a radius of their own, which peers lack.
     """
 
     name: str
@@ -79,11 +80,16 @@ def make(text: str, data: str | None = None, quick: bool = False) -> PointScene:
     if count and not (count.isascii() and count.isdigit() and 0 < int(count) < 10**8):
         raise InputError(f"--scene {text!r} is not NAME or NAME:SEGMENTS with a whole number from 1; try {name}:1000")
     if data is not None and not count and name in FILES and (Path(data) / FILES[name]).exists():
-        return PointScene(name, FILES[name], open_lines(str(Path(data) / FILES[name])).lines)
+        return PointScene(name, FILES[name], read_axes(str(Path(data) / FILES[name])))
     n = int(count) if count else (QUICK_SIZES if quick else SIZES)[name]
     if name in SCENES:
         return PointScene(name, "generated", fl.scenes.make(SCENES[name], n).lines)
     return PointScene(name, "generated", neuron(n) if name == "neuron" else tracts(n))
+
+
+def read_axes(path: str) -> Lines:
+    """Read lines, without a radius of their own."""
+    return replace(open_lines(path).lines, radius=None)
 
 
 def neuron(n_segments: int, seed: int = 0) -> Lines:
