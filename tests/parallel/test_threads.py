@@ -25,6 +25,7 @@ LINES = nasty.crossing(RNG, 20_000).astype(np.float32)
 FEW = LINES[:3000]
 RAYS = nasty.from_distance(1)(RNG, LINES.astype(float), 20_000, 2.0)
 MANY = tuple(np.tile(rays, (20, 1)) for rays in RAYS)
+POINTS = RNG.uniform(-1, 1, (60_000, 3))
 TREE = fl.build(FEW, "bvh-cl")
 
 #: Calls of a few tenths of a second or more.
@@ -34,6 +35,11 @@ LONG: dict[str, Callable[..., Any]] = {
     "brute force": lambda **more: fl.brute_force(FEW, *RAYS, 0.01, query="count_hits", **more),
     "first hit": lambda **more: TREE.first_hit(*MANY, 0.001, **more),
     "all hits": lambda **more: TREE.all_hits(*(rays[:80_000] for rays in MANY), 0.05, **more),
+    "nearest": lambda **more: TREE.nearest(POINTS, **more),
+    "k nearest": lambda **more: TREE.nearest(POINTS, 8, **more),
+    "within": lambda **more: TREE.within(POINTS, 0.1, **more),
+    "count within": lambda **more: TREE.count_within(POINTS, 0.1, **more),
+    "brute force of points": lambda **more: fl.brute_force_points(FEW, POINTS[:10_000], **more),
 }
 
 
@@ -203,6 +209,16 @@ ENDLESS = {
         "t.all_hits(*r, 10, progress=say)",
     ),
     "all hits": ("t = fl.build(lines(20_000), 'bvh-cl'); r = rays(500_000)", "t.all_hits(*r, 0.05, progress=say)"),
+    "nearest": ("t = fl.build(lines(20_000), 'bvh-cl'); p = rays(10_000_000)[0]", "t.nearest(p, progress=say)"),
+    "within": ("t = fl.build(lines(20_000), 'bvh-cl'); p = rays(500_000)[0]", "t.within(p, 0.2, progress=say)"),
+    "brute force of points": (
+        "many, p = lines(200_000), rays(3_000_000)[0]",
+        "fl.brute_force_points(many, p, progress=say)",
+    ),
+    "within of few points": (
+        "p = rays(255)[0]; t = fl.build(lines(3_000_000), limits=fl.Limits(max_depth=0)); t.layout",
+        "t.count_within(p, 10, progress=say)",
+    ),
 }
 
 

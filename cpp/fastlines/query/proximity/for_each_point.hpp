@@ -59,8 +59,8 @@ struct PointsQuery {
         }
         KNearestOfPoint nearest(query, i, seen, worker.nearest);
         search(query, nearest, worker.scratch, worker.checkpoint);
-        for (std::size_t j = 0; j < k; ++j)
-          to.set(i * k + j, j < nearest.size() ? worker.nearest[j] : Neighbour{}, unit());
+        const std::size_t n = nearest.found().size();
+        for (std::size_t j = 0; j < k; ++j) to.set(i * k + j, j < n ? worker.nearest[j] : Neighbour{}, unit());
       });
     });
   }
