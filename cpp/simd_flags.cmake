@@ -75,11 +75,11 @@ endif()
 # take longest come first, so that the others compile beside them. The bindings are compiled as one, since most of their
 # time goes into the same headers.
 set(engine_sources)
-foreach(part queries_segments queries_round_cones trees points)
+foreach(part queries_segments queries_round_cones trees points pairs)
   list(APPEND engine_sources ${cpp_dir}/engine/${part}.cpp)
 endforeach()
 set(module_sources ${cpp_dir}/engine/queries_shapes.cpp ${cpp_dir}/engine/queries_spread_cones.cpp)
-foreach(part engine_query engine_points engine_build engine_layout engine)
+foreach(part engine_query engine_points engine_pairs engine_build engine_layout engine)
   list(APPEND module_sources ${cpp_dir}/bindings/${part}.cpp)
   list(APPEND module_bindings ${cpp_dir}/bindings/${part}.cpp)
 endforeach()

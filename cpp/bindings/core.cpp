@@ -16,4 +16,5 @@ NB_MODULE(_core, m) {
   bind_trees(m);
   bind_checks(m);
   bind_binary_queries(m);
+  bind_pairs(m);
 }

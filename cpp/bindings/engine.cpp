@@ -13,6 +13,7 @@ void bind_engine(nanobind::module_& m) {
   bind_layout(m);
   bind_queries(m);
   bind_points(m);
+  bind_pairs(m);
 }
 
 }  // namespace fastlines

@@ -27,8 +27,9 @@ class LayoutView {
         leaves(rows<WideLeaf>(leaves_)),
         refs(rows<WideRef>(refs_)),
         prims(ray_primitives<QueryPrimitives>(kind, data)),
-        frame(frame_of(box_of(corners))),
-        box_{frame(box_of(corners).lo), frame(box_of(corners).hi)},
+        box(box_of(corners)),
+        frame(frame_of(box)),
+        box_{frame(box.lo), frame(box.hi)},
         mean_extent_(mean_extent),
         arrays_{std::move(data), std::move(refs_)},
         blocks_{std::move(nodes_), std::move(leaves_)} {}
@@ -53,6 +54,7 @@ class LayoutView {
   std::span<const WideLeaf> leaves;
   std::span<const WideRef> refs;
   QueryPrimitives prims;
+  Box box;  ///< of the scene
   Frame frame;
 
  private:

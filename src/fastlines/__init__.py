@@ -45,6 +45,9 @@ if TYPE_CHECKING:
     from .pyvista_plugin.readers import to_polydata as to_polydata
     from .query.hits import AllHits as AllHits
     from .query.hits import FirstHits as FirstHits
+    from .query.proximity.brute_force import brute_force_points as brute_force_points
+    from .query.proximity.nearest import Nearest as Nearest
+    from .query.proximity.within import Within as Within
     from .query.queries import brute_force as brute_force
     from .refit import RebuildPolicy as RebuildPolicy
     from .rendering import default_camera as default_camera
@@ -103,6 +106,9 @@ _NAMES = {
     "io": ("read", "write"),
     "pyvista_plugin.readers": ("to_polydata",),
     "query.hits": ("AllHits", "FirstHits"),
+    "query.proximity.brute_force": ("brute_force_points",),
+    "query.proximity.nearest": ("Nearest",),
+    "query.proximity.within": ("Within",),
     "query.queries": ("brute_force",),
     "refit": ("RebuildPolicy",),
     "rendering": ("default_camera", "render"),

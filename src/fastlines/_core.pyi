@@ -209,6 +209,46 @@ def list_hits(
         NDArray[numpy.float32] | None,
     ],
 ]: ...
+def nearest(
+    view: BinaryView,
+    points: NDArray[numpy.float64],
+    max_distance: NDArray[numpy.float32],
+    k: int,
+    surface: bool,
+    seen: tuple[
+        NDArray[numpy.uint8] | None,
+        NDArray[numpy.int64] | None,
+        Sequence[tuple[NDArray[numpy.int64], NDArray[numpy.int64] | None]],
+    ],
+    n_threads: int,
+    progress: object | None,
+) -> tuple[NDArray[numpy.float32], NDArray[numpy.int64], NDArray[numpy.float32]]: ...
+def within(
+    view: BinaryView,
+    points: NDArray[numpy.float64],
+    radius: NDArray[numpy.float32],
+    surface: bool,
+    seen: tuple[
+        NDArray[numpy.uint8] | None,
+        NDArray[numpy.int64] | None,
+        Sequence[tuple[NDArray[numpy.int64], NDArray[numpy.int64] | None]],
+    ],
+    n_threads: int,
+    progress: object | None,
+) -> tuple[NDArray[numpy.int64], tuple[NDArray[numpy.float32], NDArray[numpy.int64], NDArray[numpy.float32]]]: ...
+def count_within(
+    view: BinaryView,
+    points: NDArray[numpy.float64],
+    radius: NDArray[numpy.float32],
+    surface: bool,
+    seen: tuple[
+        NDArray[numpy.uint8] | None,
+        NDArray[numpy.int64] | None,
+        Sequence[tuple[NDArray[numpy.int64], NDArray[numpy.int64] | None]],
+    ],
+    n_threads: int,
+    progress: object | None,
+) -> NDArray[numpy.int64]: ...
 @overload
 def crossings(
     view: BinaryView,

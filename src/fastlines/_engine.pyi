@@ -1,5 +1,7 @@
 """Trees over segments and queries on them, for one instruction set. Use the functions of the package."""
 
+from collections.abc import Sequence
+
 import numpy
 from numpy.typing import NDArray
 
@@ -117,3 +119,43 @@ def list_hits(
         NDArray[numpy.float32] | None,
     ],
 ]: ...
+def nearest(
+    view: fastlines._core.LayoutView,
+    points: NDArray[numpy.float64],
+    max_distance: NDArray[numpy.float32],
+    k: int,
+    surface: bool,
+    seen: tuple[
+        NDArray[numpy.uint8] | None,
+        NDArray[numpy.int64] | None,
+        Sequence[tuple[NDArray[numpy.int64], NDArray[numpy.int64] | None]],
+    ],
+    n_threads: int,
+    progress: object | None,
+) -> tuple[NDArray[numpy.float32], NDArray[numpy.int64], NDArray[numpy.float32]]: ...
+def within(
+    view: fastlines._core.LayoutView,
+    points: NDArray[numpy.float64],
+    radius: NDArray[numpy.float32],
+    surface: bool,
+    seen: tuple[
+        NDArray[numpy.uint8] | None,
+        NDArray[numpy.int64] | None,
+        Sequence[tuple[NDArray[numpy.int64], NDArray[numpy.int64] | None]],
+    ],
+    n_threads: int,
+    progress: object | None,
+) -> tuple[NDArray[numpy.int64], tuple[NDArray[numpy.float32], NDArray[numpy.int64], NDArray[numpy.float32]]]: ...
+def count_within(
+    view: fastlines._core.LayoutView,
+    points: NDArray[numpy.float64],
+    radius: NDArray[numpy.float32],
+    surface: bool,
+    seen: tuple[
+        NDArray[numpy.uint8] | None,
+        NDArray[numpy.int64] | None,
+        Sequence[tuple[NDArray[numpy.int64], NDArray[numpy.int64] | None]],
+    ],
+    n_threads: int,
+    progress: object | None,
+) -> NDArray[numpy.int64]: ...

@@ -36,6 +36,9 @@ LARGEST = 2**63 - 1
 #: The least number above 0.
 LEAST = math.ulp(0.0)
 
+#: The types of memory, as DLPack numbers them, that a GPU reads: its own, and managed memory.
+_OF_A_GPU = (2, 13)
+
 
 def count(name: str, value: object, least: int, most: int | None = None) -> int:
     """Check a whole number, which may be one of NumPy's."""
@@ -122,17 +125,28 @@ def _float32(values: npt.ArrayLike, name: str) -> tuple[FloatArray, bool]:
         return values, False
     if type(values) is float and (abs(values) < FLOAT32_MAX or abs(values) == np.inf):
         return np.array(values, np.float32), True
+    given = _numbers(values, name)
+    with np.errstate(over="ignore"):
+        array = np.asarray(given, np.float32, order="C")
+    return array, array is not given
+
+
+def to_float64(values: npt.ArrayLike, name: str) -> npt.NDArray[np.float64]:
+    """Convert to float64, or say which argument is not made of numbers."""
+    return np.asarray(_numbers(values, name), np.float64, order="C")
+
+
+def _numbers(values: npt.ArrayLike, name: str) -> AnyArray:
+    """Convert to an array of numbers, or say which argument holds something else."""
     refuse_masked(values, name)
     try:
-        with np.errstate(over="ignore"):
-            given = np.asarray(values)
-            if given.dtype.kind not in "fiub":
-                raise TypeError(f"dtype {given.dtype}")
-            array = np.asarray(given, np.float32, order="C")
+        given = np.asarray(values)
+        if given.dtype.kind not in "fiub":
+            raise TypeError(f"dtype {given.dtype}")
     except (TypeError, ValueError) as error:
         why = "its parts differ in length" if "inhomogeneous" in str(error) else error
         raise InputError(f"{name}: {kind_of(values)} cannot be read as an array of numbers: {why}") from None
-    return array, array is not given
+    return given
 
 
 def to_integers(values: npt.ArrayLike, name: str) -> IntArray:
@@ -144,6 +158,14 @@ def to_integers(values: npt.ArrayLike, name: str) -> IntArray:
     if array.dtype.kind == "u" and array.size and int(array.max()) > np.iinfo(np.int64).max:
         raise InputError(f"{name} hold {array.max()}; expected whole numbers below 2^63")
     return array.astype(np.int64, copy=False)
+
+
+def is_on_device(array: Any) -> bool:
+    """Return whether an array is in the memory of a GPU."""
+    if isinstance(array, np.ndarray | list | tuple):  # single rays are in a hurry
+        return False
+    found = getattr(array, "__dlpack_device__", None)
+    return found is not None and int(found()[0]) in _OF_A_GPU
 
 
 def refuse_masked(values: object, name: str) -> None:

@@ -10,8 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _core
-from .arrays import FloatArray, IntArray, choice
-from .cuda.choice import is_on_device
+from .arrays import FloatArray, IntArray, choice, is_on_device
 from .cuda.device_rays import check_device_query
 from .cuda.placed_tree import PlacedTree
 from .engines import engine
@@ -20,6 +19,7 @@ from .geometry.lines import Lines
 from .progress import ProgressOption
 from .query.backend import KERNELS, Backend, CompiledBackend
 from .query.hits import AllHits, FirstHits
+from .query.proximity.queries import ProximityQueries
 from .query.queries import Query, check_query
 from .query.ray_arguments import RayArguments, RayOptions, shows_ray_options
 from .query.wrappers.pieces import View
@@ -29,12 +29,12 @@ from .support.computed_once import computed_once
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Tree(PlacedTree):
+class Tree(PlacedTree, ProximityQueries):
     """An acceleration tree over primitives, as `build` makes it.
 
     It is immutable. ``nodes`` and ``refs`` are its data; ``cost()``, ``stats()``, ``levels()`` and ``validate()``
-    describe it. The queries are ``first_hit``, ``any_hit``, ``count_hits``, ``all_hits`` and ``next_hits``, each with
-    its own radius.
+    describe it. The queries about rays are ``first_hit``, ``any_hit``, ``count_hits``, ``all_hits`` and ``next_hits``,
+    each with its own radius; those about points are ``nearest``, ``within`` and ``count_within``.
     """
 
     @shows_ray_options

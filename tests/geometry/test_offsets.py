@@ -153,7 +153,9 @@ def test_points_are_the_origins_of_the_next_rays(lines):
 def test_origins_in_float32_warn(lines):
     tree = fl.build(lines)
     for query in (tree.first_hit, partial(fl.brute_force, lines)):
-        with pytest.warns(PrecisionWarning, match=r"origins of rays are float32.*give the origins as float64") as told:
+        with pytest.warns(
+            PrecisionWarning, match=r"origins of rays are float32.*give the origins of rays as float64"
+        ) as told:
             query(POINTS[0].astype(np.float32), [0, 0, 1], 1.0)
         assert told[0].filename == __file__
     with warnings.catch_warnings():

@@ -192,6 +192,11 @@ def test_facts_of_hits():
     assert rows(tree.first_hit([np.nan, 0, 0], [0, 0, 1], 1, invalid="skip"))["invalid rays"] == "1, which miss"
     assert rows(tree.first_hit(np.zeros((0, 3)), [0, 0, 1], 1)) == {"rays": "0", "of": "3 segments"}
     parts = fl.build(fl.Geometry([MESH, LINES])).all_hits(POINTS - 1, [1, 1, 1], 0.1)
+    near = {"distance": "0.5", "different prims": "1", "different strands": "1", "of": "3 segments"}
+    points = [[0, 0.5, 0], [9, 9, 9]]
+    assert rows(tree.nearest(points, max_distance=1)) == {"points": "2", "with an answer": "1, 50 %"} | near
+    counts = {"points": "2", "with an answer": "1, 50 %", "answers": "1, 0.5 a point, 1 at most"}
+    assert rows(tree.within(points, 0.5)) == counts | near
     assert rows(parts)["hits of parts"] == f"0: {(parts.part == 0).sum():,}, 1: {(parts.part == 1).sum():,}"
 
 

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any
-
-import numpy as np
+from typing import TYPE_CHECKING
 
 from ..arrays import choice
 
@@ -15,9 +13,6 @@ if TYPE_CHECKING:
 
 #: The backends, by the names that `set_backend` and `Tree.to` take.
 BACKENDS = ("cpu", "cuda")
-
-#: The types of memory, as DLPack numbers them, that a GPU reads: its own, and managed memory.
-_OF_A_GPU = (2, 13)
 
 _chosen = "cpu"
 
@@ -76,11 +71,3 @@ def use_device(given: Device) -> Iterator[None]:
         yield
     finally:
         _given = before
-
-
-def is_on_device(array: Any) -> bool:
-    """Return whether an array is in the memory of a GPU."""
-    if isinstance(array, np.ndarray | list | tuple):  # single rays are in a hurry
-        return False
-    found = getattr(array, "__dlpack_device__", None)
-    return found is not None and int(found()[0]) in _OF_A_GPU

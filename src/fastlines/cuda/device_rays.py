@@ -8,14 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import FloatArray
+from ..arrays import FloatArray, is_on_device
 from ..errors import InputError
 from ..geometry.any_geometry import AnyGeometry
 from ..geometry.offsets import NO_OFFSET
 from ..query.ray_arguments import RayArguments
 from ..query.rays import limits_of, require_radius, scene_bounds, warn_of_radius
 from .backend import CudaBackend, RaysOnDevice
-from .choice import is_on_device
 from .columns import DeviceColumns
 from .device import ViewedArray
 from .records import limits_record

@@ -189,6 +189,10 @@ class AnyGeometry(Shown, Immutable, ABC):
         """Return the point of each hit on its ray; where the ray enters a surface, t is computed again in float64."""
         return hits.on_rays()
 
+    def nearest_at(self, hits: HitPlaces, surface: bool) -> Float64Array:
+        """Return the point of each primitive, or of its surface if it has a radius, that is nearest to an origin."""
+        raise InputError(f"{type(self).__name__} have no nearest points")
+
     def normals_at(self, hits: HitPlaces) -> Float64Array:
         """Return the outward unit normal at each hit."""
         raise InputError(f"{type(self).__name__} have no normals")

@@ -17,8 +17,9 @@ from ..support.computed_once import computed_once
 from ..support.distinct import distinct
 from ..support.immutable import own
 from ..support.texts import counted
+from ..support.vectors import is_zero
 from .any_geometry import AnyGeometry, CoreData
-from .hit_places import Float64Array, HitPlaces, interpolate, unit
+from .hit_places import Float64Array, HitPlaces, interpolate, perpendicular, unit
 from .round_cone_entry import enter_round_cones
 from .selection import rows_of_prims, rows_of_strands
 from .shapes import ROUND_CONE, shape_rows
@@ -193,6 +194,16 @@ class AxisGeometry(AnyGeometry):
     def points_at(self, hits: HitPlaces) -> Float64Array:
         """See `AnyGeometry`."""
         return self._enter(hits)[0]
+
+    def nearest_at(self, hits: HitPlaces, surface: bool) -> Float64Array:
+        """Return the point of the axis at u, or that of the surface towards the origin."""
+        axis = self.axis_points(hits.prim, hits.u)
+        if not surface:
+            return axis
+        away = hits.origins - axis
+        centred = is_zero(away)
+        away[centred] = perpendicular(self.tangents_at(hits.some(centred)))
+        return np.asarray(axis + self.radius_at(hits.prim, hits.u)[:, None] * unit(away))
 
     def normals_at(self, hits: HitPlaces) -> Float64Array:
         """See `AnyGeometry`."""

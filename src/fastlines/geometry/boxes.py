@@ -66,6 +66,11 @@ class Boxes(Mesh):
         """See `AnyGeometry`."""
         return hits.entering_at(self._enter(hits).max(axis=1)).on_rays()
 
+    def nearest_at(self, hits: HitPlaces, surface: bool) -> Float64Array:
+        """Return the origin itself where it is inside."""
+        low, high = np.moveaxis(self.corners[hits.prim].astype(np.float64), 1, 0)
+        return np.clip(hits.origins, low, high)
+
     def normals_at(self, hits: HitPlaces) -> Float64Array:
         """See `AnyGeometry`."""
         # Take the face of the plane that the ray crosses last on its way in.

@@ -171,8 +171,13 @@ class Geometry(AnyGeometry):
     def _at(self, hits: HitPlaces, ask: Callable[[AnyGeometry, HitPlaces], Float64Array]) -> Float64Array:
         """Return vectors at hits, (n, 3), which each part tells of its own."""
         found = np.full((len(hits.prim), 3), np.nan)
-        for part, rows, prim in self._by_part(hits.prim):
-            found[rows] = ask(part, hits.some(rows)._replace(prim=prim))
+        self._filled(found, hits.prim, lambda part, rows, prim: ask(part, hits.some(rows)._replace(prim=prim)))
+        return found
+
+    def _filled(self, found: AnyArray, prim: IntArray, ask: Callable[[AnyGeometry, IntArray, IntArray], Any]) -> Any:
+        """Fill rows with what each part tells of some primitives: their rows, and their numbers there."""
+        for part, rows, numbers in self._by_part(prim):
+            found[rows] = ask(part, rows, numbers)
         return found
 
     # --- Extent ---
@@ -211,10 +216,7 @@ class Geometry(AnyGeometry):
 
     def radius_of(self, prim: IntArray) -> Float64Array:
         """See `AnyGeometry`."""
-        found = np.zeros(len(prim))
-        for part, rows, numbers in self._by_part(prim):
-            found[rows] = part.radius_of(numbers)
-        return found
+        return np.asarray(self._filled(np.zeros(len(prim)), prim, lambda part, _, numbers: part.radius_of(numbers)))
 
     # --- Hits ---
 
@@ -227,6 +229,10 @@ class Geometry(AnyGeometry):
         """See `AnyGeometry`."""
         return self._at(hits, lambda part, of_part: part.points_at(of_part))
 
+    def nearest_at(self, hits: HitPlaces, surface: bool) -> Float64Array:
+        """See `AnyGeometry`."""
+        return self._at(hits, lambda part, of_part: part.nearest_at(of_part, surface))
+
     def normals_at(self, hits: HitPlaces) -> Float64Array:
         """See `AnyGeometry`."""
         return self._at(hits, lambda part, of_part: part.normals_at(of_part))
@@ -238,23 +244,16 @@ class Geometry(AnyGeometry):
     def smooth_tangents_at(self, prim: IntArray, u: FloatArray, tangents: FloatArray) -> FloatArray:
         """See `AnyGeometry`."""
         found = tangents.copy()
-        for part, rows, numbers in self._by_part(prim):
-            found[rows] = part.smooth_tangents_at(numbers, u[rows], tangents[rows])
+        self._filled(found, prim, lambda part, at, numbers: part.smooth_tangents_at(numbers, u[at], tangents[at]))
         return found
 
     def rows_of(self, prim: IntArray) -> IntArray:
         """See `AnyGeometry`."""
-        found = np.empty(len(prim), np.int64)
-        for part, rows, numbers in self._by_part(prim):
-            found[rows] = part.rows_of(numbers)
-        return found
+        return np.asarray(self._filled(np.zeros_like(prim), prim, lambda part, _, numbers: part.rows_of(numbers)))
 
     def strands_of(self, prim: IntArray) -> IntArray:
         """See `AnyGeometry`; each part counts its own strands."""
-        found = np.empty(len(prim), np.int64)
-        for part, rows, numbers in self._by_part(prim):
-            found[rows] = part.strands_of(numbers)
-        return found
+        return np.asarray(self._filled(np.zeros_like(prim), prim, lambda part, _, numbers: part.strands_of(numbers)))
 
     # --- Attributes ---
 

@@ -58,6 +58,14 @@ def unit(vectors: Float64Array) -> Float64Array:
         return np.asarray(vectors / np.sqrt(dot(vectors, vectors))[..., None] + 0.0)  # no negative zeros
 
 
+def perpendicular(vectors: Float64Array) -> Float64Array:
+    """Return vectors, not of length zero, across unit vectors; any for those that are NaN."""
+    vectors = np.where(np.isnan(vectors), [0.0, 0.0, 1.0], vectors)
+    axis = np.zeros(vectors.shape)
+    axis[np.arange(len(axis)), np.abs(vectors).argmin(axis=1)] = 1
+    return np.cross(vectors, axis)
+
+
 def interpolate(values: npt.NDArray[Any], weights: Float64Array) -> npt.NDArray[Any]:
     """Return the mean of values at the k ends or corners of each primitive, (n, k, …), by weights (n, k).
 

@@ -111,6 +111,10 @@ class Triangles(Mesh):
         length = np.sqrt(dot(normal, normal) * dot(hits.directions, hits.directions))
         return hits.entering_at(np.where(np.abs(facing) > 1e-3 * length, t, np.nan)).on_rays()
 
+    def nearest_at(self, hits: HitPlaces, surface: bool) -> Float64Array:
+        """See `AnyGeometry`."""
+        return nearest_on_triangles(self.corners[hits.prim].astype(np.float64), hits.origins)
+
     def normals_at(self, hits: HitPlaces) -> Float64Array:
         """Return the normals of the sides that rays come from."""
         away = self._planes(hits.prim)[1]
@@ -125,6 +129,31 @@ class Triangles(Mesh):
     def place_weights(self, hits: HitPlaces) -> Float64Array:
         """See `AnyGeometry`."""
         return triangle_weights(self.corners[hits.prim].astype(np.float64), hits.on_rays())
+
+
+def nearest_on_triangles(corners: Float64Array, points: Float64Array) -> Float64Array:
+    """Return the point of each triangle (n, 3, 3) that is nearest to a point, (n, 3)."""
+    first, second, third = np.moveaxis(corners, 1, 0)
+    # Take the nearest point of each edge, and the projection where that is inside.
+    found = [nearest_on_edges(*ends, points) for ends in ((first, second), (second, third), (third, first))]
+    normal = np.cross(second - first, third - first)
+    length2 = dot(normal, normal)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        projected = points - (dot(points - first, normal) / length2)[:, None] * normal
+        away = [np.cross(b - a, projected - a) for a, b in ((first, second), (second, third), (third, first))]
+        is_inside = (np.stack([dot(vectors, normal) for vectors in away]) >= 0).all(axis=0) & (length2 > 0)
+    found.append(np.where(is_inside[:, None], projected, found[0]))
+    places = np.stack(found)
+    best = dot(places - points, places - points).argmin(axis=0)
+    return np.asarray(places[best, np.arange(len(points))])
+
+
+def nearest_on_edges(start: Float64Array, end: Float64Array, points: Float64Array) -> Float64Array:
+    """Return the point of each edge, (n, 3), that is nearest to a point."""
+    edge = end - start
+    length2 = dot(edge, edge)
+    s = np.clip(dot(points - start, edge) / np.where(length2 > 0, length2, 1), 0, 1)[:, None]
+    return np.where(s < 1, start + s * edge, end)
 
 
 def triangle_weights(corners: Float64Array, points: Float64Array) -> Float64Array:

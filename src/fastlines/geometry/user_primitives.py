@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar, NamedTuple, Protocol
+from typing import Any, ClassVar, NamedTuple, Protocol, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -40,11 +40,15 @@ class Rays(NamedTuple):
 class Primitives(Protocol):
     """The methods of a class of your own that `build` needs.
 
-    Two more methods are optional. Their arrays have one row for each of m primitives.
+    More methods are optional. Their arrays have one row for each of m primitives.
 
     - ``clipped_bounds(ids, boxes)`` returns boxes (m, 2, 3) around the part of each primitive in its box (m, 2, 3), or
       low > high if there is no such part. Trees are then over smaller boxes.
     - ``normals(ids, points)`` returns unit vectors (m, 3) for `FirstHits.normals`.
+    - ``nearest(ids, points)`` returns the distance (m,) of each primitive from a point (m, 3), for `Tree.nearest`,
+      `Tree.within` and `Tree.count_within`. It is negative inside if you define it so, and NaN or inf for none. No
+      point outside of the box of a primitive may be nearer to it than to its box. A mapping has it as "distance", and
+      may also have "u" and, for `Nearest.points`, the nearest "point" (m, 3).
     """
 
     def bounds(self) -> npt.ArrayLike:
@@ -75,6 +79,14 @@ class UserHits(NamedTuple):
     u: FloatArray
     distance: FloatArray
     t_out: FloatArray
+
+
+class UserDistances(NamedTuple):
+    """The answers of the optional method `nearest`; the distance is inf for none."""
+
+    distance: FloatArray
+    u: FloatArray
+    point: Float64Array | None
 
 
 def has_user_methods(value: object) -> bool:
@@ -185,6 +197,12 @@ class UserPrimitives(AnyGeometry):
             raise InputError(f"{type(self.source).__name__} has no method normals(ids, points); add it for normals")
         return np.asarray(normals(hits.prim, hits.on_rays()), np.float64)
 
+    def nearest_at(self, hits: HitPlaces, surface: bool) -> Float64Array:
+        """Call the optional method `nearest` again, for its points."""
+        if (points := self.nearest(hits.prim, hits.origins).point) is None:
+            raise InputError(f"{type(self.source).__name__}.nearest() returned no 'point'; add it, (m, 3), for points")
+        return points
+
     def drawn(self, rows: IntArray) -> Sequence[AnyGeometry]:
         """Return the boxes, perhaps several of each primitive."""
         of_rows = is_among(self.owner, rows)
@@ -192,16 +210,7 @@ class UserPrimitives(AnyGeometry):
 
     def hit(self, ids: IntArray, rays: Rays, radius: Float64Array) -> UserHits:
         """Call `Primitives.hit`, and check and convert its answer."""
-        name = f"{type(self.source).__name__}.hit()"
-        found = self.source.hit(ids, rays, radius)
-        columns = dict(found) if hasattr(found, "keys") else {"t": found}
-        if "t" not in columns or (more := columns.keys() - {"t", "u", "distance", "t_out"}):
-            what = "no 't'" if "t" not in columns else f"{min(more)!r}"
-            raise InputError(f"{name} returned {what}; expected 't', and perhaps 'u', 'distance' and 't_out'")
-        arrays = {key: np.asarray(values, np.float64) for key, values in columns.items()}
-        for key, array in arrays.items():
-            if array.shape != ids.shape:
-                raise InputError(f"{name} returned {key!r} of shape {array.shape} for {len(ids)} pairs")
+        arrays = self._columns("hit", self.source.hit(ids, rays, radius), ids, ("t", "u", "distance", "t_out"))
         t = arrays["t"]
         is_hit = np.isfinite(t) & (rays.t_min <= t) & (t <= rays.t_max)
         zero = np.zeros(len(ids))
@@ -216,6 +225,37 @@ class UserPrimitives(AnyGeometry):
                 )
             ),
         )
+
+    def nearest(self, ids: IntArray, points: Float64Array) -> UserDistances:
+        """Call the optional method `nearest` of `Primitives`, and check and convert its answer."""
+        arrays = self._columns("nearest", self.require_nearest()(ids, points), ids, ("distance", "u", "point"))
+        with np.errstate(over="ignore"):
+            distance = arrays["distance"].astype(np.float32)
+        distance[~np.isfinite(distance)] = np.inf
+        return UserDistances(distance, arrays.get("u", np.zeros(len(ids))).astype(np.float32), arrays.get("point"))
+
+    def require_nearest(self) -> Callable[[IntArray, Float64Array], Any]:
+        """Return the optional method `nearest`, or say that it is missing."""
+        if not callable(nearest := getattr(self.source, "nearest", None)):
+            raise InputError(
+                f"{type(self.source).__name__} has no method nearest(ids, points), which returns the distance of each "
+                "primitive from a point; add it for queries about points"
+            )
+        return cast(Callable[[IntArray, Float64Array], Any], nearest)
+
+    def _columns(self, method: str, found: Any, ids: IntArray, names: tuple[str, ...]) -> dict[str, Float64Array]:
+        """Check what a method returned for each of these primitives: the first of some columns, or a mapping."""
+        name, first = f"{type(self.source).__name__}.{method}()", names[0]
+        columns = dict(found) if hasattr(found, "keys") else {first: found}
+        if first not in columns or (more := columns.keys() - set(names)):
+            what = f"no {first!r}" if first not in columns else f"{min(more)!r}"
+            others = ", ".join(map(repr, names[1:-1]))
+            raise InputError(f"{name} returned {what}; expected {first!r}, and perhaps {others} and {names[-1]!r}")
+        arrays = {key: np.asarray(values, np.float64) for key, values in columns.items()}
+        for key, array in arrays.items():
+            if array.shape != ((len(ids), 3) if key == "point" else ids.shape):
+                raise InputError(f"{name} returned {key!r} of shape {array.shape} for {len(ids)} pairs")
+        return arrays
 
 
 def _checked_boxes(values: npt.ArrayLike, name: str, n: int | None = None) -> Float64Array:

@@ -1,18 +1,15 @@
-"""Where hits are: points, normals and tangents in float64, and attributes at the place of each hit."""
+"""Where hits are: their points on rays, and the normals there, in float64."""
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
-import numpy.typing as npt
 
 from ..arrays import FloatArray, IntArray
 from ..errors import InputError
-from ..geometry.any_geometry import AnyGeometry
 from ..geometry.hit_places import Float64Array, HitPlaces
 from ..geometry.offsets import NO_OFFSET
 from ..support.computed_once import computed_once
+from .found_prims import FoundPrims
 from .rays import RayBatch
 
 #: How far outside a surface a ray has to start, so that the test of that surface, in float32, misses: as a fraction of
@@ -20,15 +17,14 @@ from .rays import RayBatch
 OUTSIDE = 2.0**-20
 
 
-class HitGeometry:
+class HitGeometry(FoundPrims):
     """The geometry of hits: every array has their shape, and NaN for a miss."""
 
     t: FloatArray
-    prim: IntArray
-    u: FloatArray
     t_out: FloatArray | None
-    geometry: AnyGeometry | None
     rays: RayBatch | None
+
+    unpickled = ("geometry", "rays")
 
     def points(self, *, outside: bool = False) -> Float64Array:
         """Return the point of each hit on its ray, (…, 3) float64.
@@ -54,7 +50,7 @@ class HitGeometry:
         >>> tree.any_hit(hits.points(outside=True)[0], [1, 0, -1])
         array(False)
         """
-        geometry, hits = self._places()
+        geometry, hits = self._known(), self._places()
         points = geometry.points_at(hits)
         if outside:
             self._require_surface()
@@ -88,8 +84,7 @@ class HitGeometry:
     @computed_once
     def _outwards(self) -> Float64Array:
         """The normal at each hit, without misses."""
-        geometry, hits = self._places()
-        return geometry.normals_at(hits)
+        return self._known().normals_at(self._places())
 
     def _require_surface(self) -> None:
         """Refuse hits at the closest approach, unless nothing that was hit has an axis to approach."""
@@ -99,76 +94,19 @@ class HitGeometry:
                 "at='surface'"
             )
 
-    def tangents(self) -> Float64Array:
-        """Return the unit vector from start to end of each segment that was hit, (…, 3) float64.
-
-        It is NaN for a segment of length zero.
-
-        Examples
-        --------
-        >>> import fastlines as fl
-        >>> print(fl.build([[[-1, 0, 0], [1, 0, 0]]]).first_hit([0, 0, -5], [0, 0, 1], 0.5).tangents())
-        [1. 0. 0.]
-        """
-        geometry, hits = self._places(with_rays=False)
-        return self._filled(geometry.tangents_at(hits))
-
-    def sample(self, name: str) -> npt.NDArray[Any]:
-        """Return an attribute of what was hit, or its radius, at each hit; NaN for a miss.
-
-        Values at both ends of a segment or curve are interpolated at `u`, and those at the corners of a triangle at
-        the point. Whole numbers and booleans are those of the nearest end or corner. A value for the whole primitive
-        is constant. Numbers become float64.
-
-        Parameters
-        ----------
-        name : str
-            A key of `attributes`, `end_attributes` or `corner_attributes` of the container, or "radius".
-
-        Examples
-        --------
-        >>> import fastlines as fl
-        >>> lines = fl.Lines.from_points([[0, 0, 0], [1, 0, 0]], [2], attributes={"fa": [0.0, 1.0]})
-        >>> fl.build(lines).first_hit([[0.25, 0, -5], [9, 9, 9]], [0, 0, 1], 0.5).sample("fa")
-        array([0.25,  nan])
-        """
-        geometry, hits = self._places(with_rays=self._known().sample_needs_rays(name))
-        return self._filled(geometry.sample(name, hits))
-
-    def _known(self) -> AnyGeometry:
-        if self.geometry is None:
-            raise InputError(
-                "these hits do not know their geometry: a pickle has `row` and `strand` in its place; query again"
-            )
-        return self.geometry
-
     def _ray_of_hits(self) -> IntArray:
         """Return the row of the ray of each hit, without misses."""
         raise NotImplementedError
 
-    def _filled(self, values: npt.NDArray[Any]) -> npt.NDArray[Any]:
-        """Return values of all hits as float64 in the shape of the answer, NaN for misses."""
-        filled = np.full((*self.prim.shape, *values.shape[1:]), np.nan)
-        filled[self.prim >= 0] = values
-        return filled
-
-    @property
-    def prim_number(self) -> IntArray:
-        """The primitive of each hit, counted over all parts of the geometry; -1 for a miss."""
-        raise NotImplementedError
-
-    def _places(self, *, with_rays: bool = True) -> tuple[AnyGeometry, HitPlaces]:
-        """Return the geometry, and the place of each hit, without misses; its ray is left out if that is not needed."""
-        geometry, hit = self._known(), self.prim >= 0
-        if not with_rays:
-            return geometry, HitPlaces.without_rays(self.prim_number[hit], self.u[hit].astype(np.float64))
-        rays = self._known_rays()
-        row = self._ray_of_hits()
-        t, t_min, t_max = self.t[hit], rays.scalar(rays.t_min, row), rays.scalar(rays.t_max, row)
+    def _on_rays(self, prim: IntArray, u: Float64Array) -> HitPlaces:
+        """See `FoundPrims`."""
+        rays, row = self._known_rays(), self._ray_of_hits()
+        t = self.t[self.prim >= 0]
+        t_min, t_max = rays.scalar(rays.t_min, row), rays.scalar(rays.t_max, row)
         inside = (t != t_min) & (t != t_max)
-        return geometry, HitPlaces(
-            self.prim_number[hit],
-            self.u[hit].astype(np.float64),
+        return HitPlaces(
+            prim,
+            u,
             t.astype(np.float64),
             rays.origins[row].astype(np.float64),
             rays.directions[row].astype(np.float64),

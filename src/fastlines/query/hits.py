@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import copy
-from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -13,74 +10,18 @@ import numpy.typing as npt
 from ..arrays import FloatArray, IntArray
 from ..errors import InputError
 from ..geometry.any_geometry import AnyGeometry
-from ..support.computed_once import computed_once
-from ..support.display import Shown
 from ..support.immutable import own
 from ..support.texts import counted
 from .backend import HitColumns
+from .compressed_rows import CompressedRows
 from .crossings import crossings, merged
 from .hit_geometry import HitGeometry
 from .hit_lists import offsets_of
 from .rays import RayBatch
 
-Self = TypeVar("Self")
-
-
-class _OfGeometry(HitGeometry, Shown):
-    """The rows and strands of the primitives that were hit, looked up on first use."""
-
-    part: IntArray | None
-
-    @computed_once
-    def row(self) -> IntArray:
-        """The row of the input that each segment was, int64 of the shape of ``prim``; -1 = miss. Read-only.
-
-        It differs from ``prim`` where rows of the input were skipped.
-        """
-        return self._looked_up(self._known().rows_of)
-
-    @computed_once
-    def strand(self) -> IntArray:
-        """The strand of each segment or curve, int64 of the shape of ``prim``; -1 = miss, or none. Read-only.
-
-        Each part of a `Geometry` counts its own strands.
-        """
-        return self._looked_up(self._known().strands_of)
-
-    def _looked_up(self, look_up: Callable[[IntArray], IntArray]) -> IntArray:
-        """Return a number of each primitive that was hit; -1 for a miss."""
-        found, hit = np.full(self.prim.shape, -1), self.prim >= 0
-        found[hit] = look_up(self.prim_number[hit])
-        return np.asarray(own(found))
-
-    @property
-    def prim_number(self) -> IntArray:
-        """The primitive of each hit, counted over all parts of a `Geometry`; -1 for a miss. Else it is `prim`."""
-        return self._known().number(self.part, self.prim)
-
-    def __copy__(self: Self) -> Self:
-        copied = object.__new__(type(self))
-        copied.__dict__.update(self.__dict__)
-        return copied
-
-    def __deepcopy__(self: Self, memo: dict[int, Any]) -> Self:
-        copied, shared = copy.copy(self), ("geometry", "rays", "row", "strand")  # which no hit changes
-        copied.__dict__.update({k: copy.deepcopy(v, memo) for k, v in self.__dict__.items() if k not in shared})
-        return copied
-
-    def __getstate__(self) -> dict[str, Any]:
-        # Pickle the row and the strand of each hit instead of the geometry.
-        known = {"row": self.row, "strand": self.strand} if self.geometry is not None else {}
-        kept = {name: value for name, value in self.__dict__.items() if name != "_outwards"}
-        return kept | known | {"geometry": None, "rays": None}
-
-    def __setstate__(self, state: dict[str, Any]) -> None:
-        frozen = {name: own(state[name]) for name in ("row", "strand") if name in state}
-        self.__dict__.update(state | frozen)
-
 
 @dataclass(frozen=True, eq=False, repr=False)
-class FirstHits(_OfGeometry):
+class FirstHits(HitGeometry):
     """The nearest hit of each ray; every array has the shape of the rays.
 
     Attributes
@@ -149,7 +90,7 @@ class FirstHits(_OfGeometry):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class AllHits(_OfGeometry):
+class AllHits(CompressedRows, HitGeometry):
     """All hits of each ray, each once, sorted by (ray, t, prim); with ``rank="distance"`` by (ray, distance, t, prim).
 
     Those of ray i are entries ``offsets[i]`` to ``offsets[i + 1]`` of the other arrays (compressed sparse rows).
@@ -183,21 +124,13 @@ class AllHits(_OfGeometry):
     def _ray_of_hits(self) -> IntArray:
         return self.ray
 
-    def __len__(self) -> int:
-        return len(self.prim)
-
     def __repr__(self) -> str:
         return f"<AllHits: {counted(len(self.offsets) - 1, 'rays')}, {counted(len(self), 'hits')}>"
 
     @property
-    def counts(self) -> IntArray:
-        """The number of hits of each ray, (n_rays,) int64."""
-        return np.diff(self.offsets)
-
-    @property
     def ray(self) -> IntArray:
         """The index of the ray of each hit, (n_hits,) int64."""
-        return np.repeat(np.arange(len(self.offsets) - 1), self.counts)
+        return self._row_of_entries
 
     def of(self, ray: int) -> slice:
         """Return the slice of the hits of a ray: ``hits.t[hits.of(3)]``.
@@ -207,10 +140,7 @@ class AllHits(_OfGeometry):
         InputError
             If there is no such ray; rays count from 0.
         """
-        n_rays = len(self.offsets) - 1
-        if not 0 <= ray < n_rays:
-            raise InputError(f"ray={ray}; expected a number from 0 to below {n_rays:,}, the number of rays")
-        return slice(int(self.offsets[ray]), int(self.offsets[ray + 1]))
+        return self._entries_of("ray", ray)
 
     def merged_by_strand(self) -> AllHits:
         """Merge hits of the same ray and strand whose intervals from `t` to `t_out` overlap into one.

@@ -42,13 +42,18 @@ class MemoryCheck:
     """Refuses a query whose hits will not fit into memory.
 
     `count_hits` returns the numbers of hits of the rays in given rows, and no ray has more than `most_hits`. `refusal`
-    is the reason of a refusal, or empty.
+    is the reason of a refusal, or empty. It calls the rays by their `nouns`: they may be points.
     """
 
     def __init__(
-        self, n_rays: int, bytes_a_hit: int, count_hits: Callable[[IntArray], IntArray], most_hits: float = math.inf
+        self,
+        n_rays: int,
+        bytes_a_hit: int,
+        count_hits: Callable[[IntArray], IntArray],
+        most_hits: float = math.inf,
+        nouns: str = "rays",
     ) -> None:
-        self.refusal = ""
+        self.refusal, self._nouns = "", nouns
         self._n_rays, self._bytes_a_hit, self._count_hits = n_rays, bytes_a_hit, count_hits
         self._n_most = min(MOST, n_rays // ONE_OF) if n_rays * most_hits * bytes_a_hit > SMALL else 0
         self._addresses = left_addresses() if self._n_most >= AT_ONCE else math.inf
@@ -81,7 +86,7 @@ class MemoryCheck:
         if needed > SMALL and needed > (left := min(self._addresses, left_memory())):
             n_hits = mean * self._n_rays
             self.refusal = (
-                f"by a sample of {len(self._counts)} rays they are about {n_hits / 1e6:,.0f} million and take "
+                f"by a sample of {len(self._counts)} {self._nouns} they are about {n_hits / 1e6:,.0f} million and take "
                 f"{n_hits * self._bytes_a_hit / 1e9:,.1f} GB, {max(left, 0) / 1e9:,.1f} GB are left"
             )
             raise MemoryError(self.refusal)

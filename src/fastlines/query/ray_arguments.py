@@ -6,16 +6,15 @@ keywords, with their defaults, into the signature that `help` and the documentat
 
 from __future__ import annotations
 
-import functools
-import inspect
 from collections.abc import Callable
-from dataclasses import dataclass, fields
-from typing import Any, TypedDict, TypeVar, cast
+from dataclasses import dataclass
+from typing import Any, TypedDict, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
 from ..progress import ProgressOption
+from .options import shows_options
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -60,27 +59,11 @@ def shows_ray_options(query: Function) -> Function:
 
     Examples
     --------
+    >>> import inspect
     >>> @shows_ray_options
     ... def nearest(origins, *, k=1, **options):
     ...     return RayArguments(origins, (0, 0, 1), **options)
     >>> list(inspect.signature(nearest).parameters)[:3], inspect.signature(nearest).parameters["t_max"].default
     (['origins', 'spread', 'ignore'], inf)
     """
-    signature = inspect.signature(query)
-    own = [parameter for parameter in signature.parameters.values() if parameter.kind != parameter.VAR_KEYWORD]
-    shared = [
-        inspect.Parameter(field.name, inspect.Parameter.KEYWORD_ONLY, default=field.default, annotation=field.type)
-        for field in fields(RayArguments)
-        if field.name in RayOptions.__annotations__
-    ]
-    shown = sorted([*shared, *own], key=lambda parameter: parameter.kind)
-    known = {parameter.name for parameter in shown}
-
-    @functools.wraps(query)
-    def checked(*arguments: Any, **options: Any) -> Any:
-        if unknown := options.keys() - known:
-            raise TypeError(f"{query.__name__}() got an unexpected keyword argument {min(unknown)!r}")
-        return query(*arguments, **options)
-
-    checked.__dict__["__signature__"] = signature.replace(parameters=shown)
-    return cast(Function, checked)
+    return shows_options(RayOptions, RayArguments)(query)

@@ -9,7 +9,7 @@ from typing import Any, Protocol, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from ..arrays import COARSE, FLOAT32_MAX, INVALID, FloatArray, IntArray, choice, list_rows, to_float32
+from ..arrays import COARSE, FLOAT32_MAX, INVALID, FloatArray, IntArray, choice, to_float32
 from ..engines import engine
 from ..errors import InputError, PrecisionWarning, QueryWarning
 from ..geometry.any_geometry import AnyGeometry
@@ -18,6 +18,7 @@ from ..support.warn_caller import warn_caller
 from ..threads import get_num_threads
 from .ignore import Ignored
 from .ray_arguments import RayArguments
+from .row_checks import invalid_rows, one_or_each
 
 #: The largest radius, in units of the scene's size; beyond it squares would overflow.
 RADIUS_LIMIT = 1e12
@@ -147,15 +148,7 @@ def check_rays(given: RayArguments, bounds: FloatArray) -> RayBatch:
         if name == "spread" and isinstance(value, float) and value == 0:  # the default, and single rays are in a hurry
             scalars[name] = NO_SPREAD
             continue
-        array = to_float32(value, name)
-        if array.ndim:
-            try:
-                array = np.ascontiguousarray(np.broadcast_to(array, shape))
-            except ValueError:
-                raise InputError(
-                    f"{name} has shape {array.shape}; expected a number, or one for each of the rays {shape}"
-                ) from None
-        scalars[name] = array.reshape(-1)
+        scalars[name] = one_or_each(name, value, shape, "rays")
     radii, starts, ends, spreads = scalars.values()
     low, high, largest = limits_of(bounds)
     farthest = max(map(abs, (*low, *high)))
@@ -182,18 +175,7 @@ def check_rays(given: RayArguments, bounds: FloatArray) -> RayBatch:
         "have bounds that are not numbers with t_min <= t_max": ~(starts <= ends) | (starts == np.inf),
         "have a direction so short that t in the scene is more than float32 can hold": too_short,
     }
-    skipped = np.zeros(n_rays, bool)
-    found = []
-    for fault, rows in faults.items():
-        bad = np.broadcast_to(rows, n_rays) & ~skipped
-        if bad.any():
-            once = ", ".join(f"{name} = {values[0]:g}" for name, values in scalars.items() if name in fault)
-            where = f" ({list_rows(bad)})" if len(rows) == n_rays else f": {once}, for all"
-            where += f": {once}" if once and n_rays == 1 else ""
-            found.append(f"{int(bad.sum())} of {n_rays} rays {fault}{where}")
-        skipped |= bad
-    if found and given.invalid == "error":
-        raise InputError(f"{'; '.join(found)}; fix them, or let them miss (in Python: invalid='skip')")
+    skipped = invalid_rows(faults, scalars, n_rays, "rays", given.invalid)
     if skipped.any():
         # Replace each by a ray that can hit nothing.
         origins, directions = origins.copy(), directions.copy()
@@ -210,17 +192,25 @@ def less_offset(given: RayArguments, offset: Offset, bounds: FloatArray) -> RayA
     origins, _ = reduced(given.origins, offset)
     if origins is given.origins:  # no numbers, which is an error later
         return given
-    if (coarse := np.asarray(given.origins)).dtype == np.float32:
-        low, high, _ = limits_of(bounds)
-        far, near = (float(np.abs(points[np.isfinite(points)]).max(initial=0)) for points in (coarse, origins))
-        scale = max(near, *map(abs, (*low, *high)))
-        if far * 2.0**-24 > scale * COARSE:
-            warn_caller(
-                f"the origins of rays are float32, which rounds {far:g} by up to {far * 2.0**-24:.2g}, and the lines "
-                f"have an offset, {offset}, because that is too coarse; give the origins as float64",
-                PrecisionWarning,
-            )
+    warn_of_coarse("the origins of rays", given.origins, origins, offset, bounds)
     return replace(given, origins=origins)
+
+
+def warn_of_coarse(
+    what: str, given: npt.ArrayLike, less_offset: npt.NDArray[np.float64], offset: Offset, bounds: FloatArray
+) -> None:
+    """Warn of coordinates that are float32, where the lines have an offset because that is too coarse."""
+    if (coarse := np.asarray(given)).dtype != np.float32:
+        return
+    low, high, _ = limits_of(bounds)
+    far, near = (float(np.abs(points[np.isfinite(points)]).max(initial=0)) for points in (coarse, less_offset))
+    scale = max(near, *map(abs, (*low, *high)))
+    if far * 2.0**-24 > scale * COARSE:
+        warn_caller(
+            f"{what} are float32, which rounds {far:g} by up to {far * 2.0**-24:.2g}, and the lines have an offset, "
+            f"{offset}, because that is too coarse; give {what} as float64",
+            PrecisionWarning,
+        )
 
 
 def limits_of(bounds: FloatArray) -> tuple[list[float], list[float], float]:

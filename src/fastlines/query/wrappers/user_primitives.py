@@ -6,7 +6,6 @@ on the other rows.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,11 +16,10 @@ from ...geometry.user_primitives import Rays, UserHits, UserPrimitives
 from ...progress import ProgressCallback
 from ...support.distinct import distinct
 from ..backend import Backend, HitColumns, HitLists
+from ..chunks import CHUNK_PAIRS, Chunks
 from ..hit_lists import first_of_each, offsets_of
 from ..rays import RayBatch
 
-#: The most rays that the core searches at a time, and about how many pairs are tested: Ctrl-C waits for these.
-CHUNK_RAYS, CHUNK_PAIRS = 1 << 14, 1 << 20
 #: Rays that are searched first, to learn how many pairs they have.
 FIRST_RAYS = 16
 #: Boxes of a ray that are tested at a time when the first hit is searched.
@@ -42,7 +40,7 @@ class UserBackend:
         prim = np.full(n, -1)
         t, distance, t_out = (np.full(n, np.inf, np.float32) for _ in range(3))
         u = np.zeros(n, np.float32)
-        chunks = _Chunks(n, self._first_rays(), progress)
+        chunks = Chunks(n, self._first_rays(), progress)
         for rows in chunks:
             offsets, ids, enter = self._candidates(rays, rows)
             chunks.n_pairs = len(ids)
@@ -79,7 +77,7 @@ class UserBackend:
     def count_hits(self, rays: RayBatch, progress: ProgressCallback | None) -> IntArray:
         """See `Backend`."""
         counts = [np.zeros(0, np.int64)]
-        chunks = _Chunks(len(rays), self._first_rays(), progress)
+        chunks = Chunks(len(rays), self._first_rays(), progress)
         for rows in chunks:
             ray, _, _ = self._hits(rays, rows, chunks)
             counts.append(np.bincount(ray, minlength=rows.stop - rows.start))
@@ -94,7 +92,7 @@ class UserBackend:
             [np.zeros(0, np.int64)],
             [UserHits(*[np.zeros(0, np.float32)] * 4)],
         )
-        chunks = _Chunks(len(rays), self._first_rays(), progress)
+        chunks = Chunks(len(rays), self._first_rays(), progress)
         for rows in chunks:
             ray, ids, found = self._hits(rays, rows, chunks)
             order = np.lexsort((ids, found.t, ray))
@@ -112,7 +110,7 @@ class UserBackend:
     def _first_rays(self) -> int:
         return FIRST_RAYS if self.boxes is not None else max(1, CHUNK_PAIRS // max(1, len(self.primitives)))
 
-    def _hits(self, rays: RayBatch, rows: slice, chunks: _Chunks) -> tuple[IntArray, IntArray, UserHits]:
+    def _hits(self, rays: RayBatch, rows: slice, chunks: Chunks) -> tuple[IntArray, IntArray, UserHits]:
         """Return all hits of some rays, each once: the ray, counted from the first row, the primitive, and the rest."""
         offsets, ids, _ = self._candidates(rays, rows)
         chunks.n_pairs = len(ids)
@@ -141,25 +139,3 @@ class UserBackend:
             rays.scalar(part, row).astype(np.float64) for part in (rays.t_min, rays.t_max, rays.radius)
         )
         return self.primitives.hit(ids, Rays(origins, directions, t_min, t_max), radius)
-
-
-@dataclass
-class _Chunks:
-    """Rays to search at a time: as many as have about `CHUNK_PAIRS` pairs, by the number that the last ones had."""
-
-    n: int
-    #: How many rays are searched first, and next.
-    size: int
-    progress: ProgressCallback | None
-    n_pairs: int = 0
-
-    def __iter__(self) -> Iterator[slice]:
-        begin = 0
-        while begin < self.n:
-            end = min(begin + self.size, self.n)
-            yield slice(begin, end)
-            if self.progress is not None:
-                self.progress(end / self.n)
-            begin = end
-            fitting = self.size * CHUNK_PAIRS // max(1, self.n_pairs)
-            self.size = min(max(1, fitting), 4 * self.size, CHUNK_RAYS)

@@ -1,4 +1,4 @@
-"""Cards: what notebooks show of a geometry, a tree or hits: a thumbnail beside a table of facts, as one piece of HTML.
+"""Cards: what notebooks show of geometry, a tree or an answer: a thumbnail and a table of facts, as one piece of HTML.
 
 A card has no scripts and no style sheet, because notebooks remove or share them. Each style stands at its element. Text
 and lines take the colour of the page, so that cards suit light and dark themes.
@@ -11,7 +11,7 @@ from collections.abc import Iterable
 from html import escape
 from typing import TYPE_CHECKING, Any
 
-from ...query.hits import AllHits, FirstHits
+from ...query.found_prims import FoundPrims
 from ...structure.tree_data import TreeData
 from .facts import Fact, geometry_facts, tree_facts
 from .hit_facts import hit_facts
@@ -34,7 +34,7 @@ VALUE = "text-align:left;vertical-align:top;padding:1px 0;border:0;max-width:34e
 
 
 def card(shown: Any) -> str:
-    """Return a card of a geometry, a tree or hits, which have no picture.
+    """Return a card of a geometry, a tree, or the answer of a query, which has no picture.
 
     Examples
     --------
@@ -43,7 +43,7 @@ def card(shown: Any) -> str:
     >>> "data:image/png;base64," in html, "<script" in html
     (True, False)
     """
-    if isinstance(shown, FirstHits | AllHits):
+    if isinstance(shown, FoundPrims):
         return _face("", title(shown), hit_facts(shown))
     drawn, image = picture_of(shown)
     if image is None:
@@ -64,7 +64,7 @@ def _face(picture: str, name: str, facts: Iterable[Fact]) -> str:
 
 def thumbnail(shown: Any) -> bytes | None:
     """Return the picture of a card as PNG; None where there is nothing to draw."""
-    if isinstance(shown, FirstHits | AllHits):
+    if isinstance(shown, FoundPrims):
         return None
     image = picture_of(shown)[1]
     return None if image is None else to_png(image)

@@ -1,4 +1,4 @@
-"""What a card says about hits."""
+"""What a card says about the answer of a query."""
 
 from __future__ import annotations
 
@@ -7,13 +7,16 @@ from collections.abc import Iterator
 import numpy as np
 
 from ...arrays import AnyArray, IntArray
-from ...query.hits import AllHits, FirstHits
+from ...query.compressed_rows import CompressedRows
+from ...query.found_prims import FoundPrims
+from ...query.hit_geometry import HitGeometry
+from ...query.proximity.near_prims import NearPrims
 from ...support.distinct import distinct
 from ...support.texts import listed, range_text
 from .facts import Fact
 
 
-def hit_facts(hits: FirstHits | AllHits) -> Iterator[Fact]:
+def hit_facts(hits: FoundPrims) -> Iterator[Fact]:
     """Yield what is known of the answer of a query.
 
     Examples
@@ -23,22 +26,23 @@ def hit_facts(hits: FirstHits | AllHits) -> Iterator[Fact]:
     >>> dict(hit_facts(tree.first_hit([[0, 0, -5], [9, 9, 9]], [0, 0, 1], 0.5)))["that hit"]
     '1, 50 %'
     """
-    if isinstance(hits, FirstHits):
-        n_rays, n_that_hit, shape = hits.prim.size, int(hits.hit.sum()), hits.prim.shape
-    else:
-        counts = hits.counts
-        n_rays, n_that_hit, shape = len(counts), int((counts > 0).sum()), counts.shape
-    yield "rays", f"{n_rays:,}" + (f", {' × '.join(map(str, shape))}" if len(shape) > 1 else "")
-    if n_rays:
-        yield "that hit", f"{n_that_hit:,}, {100 * n_that_hit / n_rays:.3g} %"
-    if isinstance(hits, AllHits) and n_rays:
-        yield "hits", f"{len(hits):,}, {len(hits) / n_rays:.3g} a ray, {int(hits.counts.max()):,} at most"
+    is_near = isinstance(hits, NearPrims)
+    noun, with_any, entries = ("point", "with an answer", "answers") if is_near else ("ray", "that hit", "hits")
+    per_row = hits.counts if isinstance(hits, CompressedRows) else hits.prim >= 0
+    shape, n_that_hit = per_row.shape, int((per_row > 0).sum())
+    yield f"{noun}s", f"{per_row.size:,}" + (f", {' × '.join(map(str, shape))}" if len(shape) > 1 else "")
+    if per_row.size:
+        yield with_any, f"{n_that_hit:,}, {100 * n_that_hit / per_row.size:.3g} %"
+    if isinstance(hits, CompressedRows) and per_row.size:
+        each = f"{len(hits) / per_row.size:.3g} a {noun}, {int(per_row.max()):,} at most"
+        yield entries, f"{len(hits):,}, {each}"
     if len(hits.skipped):
-        yield "invalid rays", f"{len(hits.skipped):,}, which miss"
+        yield f"invalid {noun}s", f"{len(hits.skipped):,}, which miss"
     found = hits.prim >= 0
     if found.any():
         part = 0 if hits.part is None else hits.part[found]
-        yield "t", _range(hits.t[found]) + (", at surfaces" if hits.t_out is not None else "")
+        if isinstance(hits, HitGeometry):
+            yield "t", _range(hits.t[found]) + (", at surfaces" if hits.t_out is not None else "")
         yield "distance", _range(hits.distance[found])
         yield "different prims", f"{_count_different(hits.prim[found], part):,}"
         if hits.geometry is not None and hits.geometry.n_strands:

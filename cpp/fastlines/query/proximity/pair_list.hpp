@@ -1,0 +1,141 @@
+// Collects the pairs that threads find in any order, and sorts them.
+#pragma once
+
+#include <atomic>
+#include <deque>
+#include <mutex>
+
+#include "../../memory/buffer.hpp"
+#include "../../parallel/parallel_for.hpp"
+#include "pair_query.hpp"
+
+namespace fastlines {
+
+/// Two rows, and their nearest places.
+struct FoundPair {
+  std::uint32_t i, j;
+  float s, t, distance;  ///< in units of the scene
+};
+
+/// Pairs as columns, sorted by their primitives.
+struct PairColumns {
+  Buffer<std::int64_t> i, j;
+  Buffer<float> s, t, distance;
+
+  void resize(std::size_t n) {
+    for (Buffer<std::int64_t>* column : {&i, &j}) {
+      column->reset(n);
+      column->set_size(n);
+    }
+    for (Buffer<float>* column : {&s, &t, &distance}) {
+      column->reset(n);
+      column->set_size(n);
+    }
+  }
+};
+
+/// The pairs of a query. Two primitives of several rows make one pair, that of the least distance; equally near rows
+/// rank by their numbers. So the list depends neither on the order in which pairs are found nor on repeats.
+class PairList {
+ public:
+  explicit PairList(const PairQuery& query) : query_(query) {}
+
+  /// Where one thread adds the pairs that it finds.
+  class Part {
+   public:
+    explicit Part(PairList& list) : list_(list) {}
+
+    void add(const FoundPair& pair) {
+      if (pairs_.size() == pairs_.capacity()) reserve_more(pairs_, 1);
+      pairs_.push_back(pair);
+    }
+
+    /// Call now and then: throws TooManyPairs if all threads together have found more than allowed.
+    void check() {
+      const std::size_t n_new = pairs_.size() - n_checked_;
+      n_checked_ = pairs_.size();
+      if (list_.n_found_.fetch_add(n_new) + n_new > list_.query_.max_pairs) throw TooManyPairs{};
+    }
+
+   private:
+    friend class PairList;
+    PairList& list_;
+    LargeVector<FoundPair> pairs_;
+    std::size_t n_checked_ = 0;
+  };
+
+  /// A part for another thread. It lives as long as the list.
+  Part* part() {
+    const std::lock_guard lock(mutex_);
+    return &parts_.emplace_back(*this);
+  }
+
+  /// Sort all pairs. Call once.
+  PairColumns sorted(unsigned n_threads, Progress& progress, Stage stage) {
+    constexpr std::size_t chunk_size = 4096;  // primitives
+    const std::size_t n_prims = query_.first.n_prims();
+    // Move the pairs of each first primitive together.
+    LargeVector<std::size_t> begins(n_prims + 2);
+    for (const Part& part : parts_)
+      for (const FoundPair& pair : part.pairs_) ++begins[std::size_t(query_.first.owner_of(pair.i)) + 2];
+    for (std::size_t prim = 2; prim < n_prims + 2; ++prim) begins[prim] += begins[prim - 1];
+    Buffer<FoundPair> pairs;
+    pairs.reset(begins[n_prims + 1]);
+    for (Part& part : parts_) {
+      progress.check();
+      for (const FoundPair& pair : part.pairs_) pairs[begins[std::size_t(query_.first.owner_of(pair.i)) + 1]++] = pair;
+      part.pairs_ = {};
+    }
+    // Now the pairs of a primitive are those from begins[prim] up to begins[prim + 1].
+    const double half = 0.5 * (stage.from + stage.to);
+    LargeVector<std::size_t> to(n_prims + 1);
+    const auto for_each_chunk = [&](Stage of, const auto& work) {
+      parallel_for_chunks(
+          n_prims, chunk_size, n_threads, progress, [] { return 0; },
+          [&](int, std::size_t begin, std::size_t end) {
+            for (std::size_t prim = begin; prim < end; ++prim) work(prim);
+          },
+          of);
+    };
+    for_each_chunk({stage.from, half}, [&](std::size_t prim) {
+      to[prim + 1] = sort_unique(pairs.data() + begins[prim], pairs.data() + begins[prim + 1]);
+    });
+    for (std::size_t prim = 0; prim < n_prims; ++prim) to[prim + 1] += to[prim];
+    PairColumns columns;
+    columns.resize(to[n_prims]);
+    for_each_chunk({half, stage.to}, [&](std::size_t prim) {
+      const FoundPair* from = pairs.data() + begins[prim];
+      for (std::size_t at = to[prim]; at < to[prim + 1]; ++at, ++from) {
+        columns.i[at] = from->i;
+        columns.j[at] = from->j;
+        columns.s[at] = from->s;
+        columns.t[at] = from->t;
+        columns.distance[at] = from->distance;
+      }
+    });
+    return columns;
+  }
+
+ private:
+  /// Sort the pairs of one first primitive, and keep the best for each second one. Returns their number.
+  std::size_t sort_unique(FoundPair* begin, FoundPair* end) const {
+    const AxisSet& second = query_.second;
+    std::sort(begin, end, [&](const FoundPair& a, const FoundPair& b) {
+      const std::int64_t prim_a = second.owner_of(a.j), prim_b = second.owner_of(b.j);
+      if (prim_a != prim_b) return prim_a < prim_b;
+      if (a.distance != b.distance) return a.distance < b.distance;
+      return a.i != b.i ? a.i < b.i : a.j < b.j;
+    });
+    const auto same = [&](const FoundPair& a, const FoundPair& b) {
+      return second.owner_of(a.j) == second.owner_of(b.j);
+    };
+    return std::size_t(std::unique(begin, end, same) - begin);
+  }
+
+  const PairQuery& query_;
+  std::mutex mutex_;
+  std::deque<Part> parts_;
+  std::atomic<std::size_t> n_found_{0};
+};
+
+}  // namespace fastlines

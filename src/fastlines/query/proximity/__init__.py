@@ -1,0 +1,1 @@
+"""Queries about points: the nearest primitives, and those within a radius."""
