@@ -43,7 +43,7 @@ class PointSearch {
   template <PointCollector C>
   void operator()(const PointQuery& query, C& to, Scratch& scratch, Checkpoint& checkpoint) const {
     if constexpr (std::same_as<C, NearestOfPoint>)
-      if (scratch.last != kNoPrim) test_one(query, Reference{scratch.last}, to);
+      if (scratch.last != kNoPrim) test(query, 1, to, [&](std::uint32_t) { return Reference{scratch.last}; });
     std::size_t depth = 0;
     push(0, query, to.limit, scratch, depth);
     while (depth > 0) {
@@ -89,29 +89,32 @@ class PointSearch {
   template <PointCollector C>
   [[gnu::always_inline]] void test_leaf(const PointQuery& query, const WideLeaf& leaf, C& to) const {
     count_step(&StepCounters::leaves);
-    std::uint32_t near = cull_pieces<P>(query, leaf, to.limit);
+    const std::uint32_t near = cull_pieces<P>(query, leaf, to.limit);
     const auto n = std::uint32_t(std::popcount(near));
     count_step(&StepCounters::tests, n);
-    if (n > kMaxScalarTests) return test_packet(query, leaf, near, n, to);
-    for (; near; near &= near - 1)
-      test_one(query, tree_.refs[leaf.first_ref + std::uint32_t(std::countr_zero(near))], to);
-  }
-
-  template <PointCollector C>
-  [[gnu::always_inline]] void test_one(const PointQuery& query, const Reference& ref, C& to) const {
-    const auto found = nearest_point<P>(query, point_fields_of<P>(tree_.items[ref.prim], frame));
-    if (found.within) to.add({found.distance, ref.prim, found.s}, ref);
-  }
-
-  /// Test n pieces of a leaf at once.
-  template <PointCollector C>
-  void test_packet(const PointQuery& query, const WideLeaf& leaf, std::uint32_t near, std::uint32_t n, C& to) const {
+    if (n == 0) return;
     std::uint32_t refs[kSimdWidth];
     compress_indices(near, leaf.first_ref, refs);
+    test(query, n, to, [&](std::uint32_t j) -> Reference { return tree_.refs[refs[j]]; });
+  }
+
+  /// Test n pieces, ref_of(0), …, ref_of(n − 1): one by one, or all at once.
+  template <PointCollector C, class RefOf>
+  [[gnu::always_inline]] void test(const PointQuery& query, std::uint32_t n, C& to, const RefOf& ref_of) const {
+    if (n > kMaxScalarTests) return test_packet(query, n, to, ref_of);
+    for (std::uint32_t j = 0; j < n; ++j) {
+      const Reference ref = ref_of(j);
+      const auto found = nearest_point<P>(query, point_fields_of<P>(tree_.items[ref.prim], frame));
+      if (found.within) to.add({found.distance, ref.prim, found.s}, ref);
+    }
+  }
+
+  template <PointCollector C, class RefOf>
+  void test_packet(const PointQuery& query, std::uint32_t n, C& to, const RefOf& ref_of) const {
     constexpr int n_floats = sizeof(typename P::Item) / sizeof(float);
     const float* rows[kSimdWidth];
     for (std::uint32_t j = 0; j < kSimdWidth; ++j)
-      rows[j] = reinterpret_cast<const float*>(tree_.items + tree_.refs[refs[std::min(j, n - 1)]].prim);
+      rows[j] = reinterpret_cast<const float*>(tree_.items + ref_of(std::min(j, n - 1)).prim);
     FloatX16 floats[n_floats];
     transpose_rows(rows, floats);
     const auto found = nearest_point<P>(query, point_fields<P>(floats, frame));
@@ -120,8 +123,8 @@ class PointSearch {
     found.s.store(s);
     std::uint32_t hit = (found.within & (found.distance <= FloatX16(to.limit))).bits() & lane_mask(n);
     for (; hit; hit &= hit - 1) {
-      const int j = std::countr_zero(hit);
-      const Reference ref = tree_.refs[refs[j]];
+      const auto j = std::uint32_t(std::countr_zero(hit));
+      const Reference ref = ref_of(j);
       to.add({distance[j], ref.prim, s[j]}, ref);
     }
   }

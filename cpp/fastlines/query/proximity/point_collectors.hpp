@@ -67,7 +67,8 @@ class KNearestOfPoint {
   KNearestOfPoint(const PointQuery& query, std::size_t point, const Seen& seen, std::span<Neighbour> to)
       : limit(query.radius), point_(point), seen_(seen), to_(to) {}
 
-  std::size_t size() const { return size_; }
+  /// What is found, in order.
+  std::span<const Neighbour> found() const { return to_.first(size_); }
 
   void add(const Neighbour& found, const Reference& ref) {
     if (!(found.distance <= limit) || !owns(ref.s0, ref.s1, found.s) || !seen_.sees(point_, found.row)) return;
