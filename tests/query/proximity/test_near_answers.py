@@ -311,42 +311,6 @@ def test_a_tree_on_a_gpu_answers_points_on_the_cpu() -> None:
 # ---- Long calls ----
 
 
-def test_progress_is_told() -> None:
-    tree = fl.build(nasty.named_scene("hair", 400))
-    points = RNG.uniform(-1, 1, (200_000, 3))
-    for ask in (
-        tree.nearest,
-        lambda *p, **how: tree.within(*p, 0.1, **how),
-        lambda *p, **how: tree.count_within(*p, 0.1, **how),
-    ):
-        shares: list[float] = []
-        ask(points, progress=shares.append)
-        assert shares[-1] == 1
-        assert shares == sorted(shares)
-        with pytest.raises(fl.InputError, match="progress='no'"):
-            ask(points, progress="no")
-
-
-class StopQueryError(Exception):
-    pass
-
-
-def test_what_progress_raises_ends_the_query() -> None:
-    tree = fl.build(nasty.named_scene("hair", 400))
-    points = RNG.uniform(-1, 1, (400_000, 3))
-
-    def stop(share: float) -> None:
-        raise StopQueryError
-
-    for ask in (
-        tree.nearest,
-        lambda *p, **how: tree.within(*p, 0.5, **how),
-        lambda *p, **how: tree.count_within(*p, 0.5, **how),
-    ):
-        with pytest.raises(StopQueryError):
-            ask(points, progress=stop)
-
-
 @pytest.fixture
 def left(monkeypatch: pytest.MonkeyPatch) -> Any:
     return lambda n_bytes: monkeypatch.setattr(memory_check, "left_memory", lambda: n_bytes)

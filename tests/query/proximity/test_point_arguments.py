@@ -50,7 +50,11 @@ def changed(row: int, to: Any) -> Any:
         (POINTS, {"invalid": "ignore"}, "invalid='ignore' is not a choice"),
         (POINTS, {"parts": 0}, "parts=0 names parts of a Geometry, and this is Lines"),
         (POINTS, {"ignore": 7}, "ignore names 7; there are 2 primitives"),
-        (POINTS, {"ignore": [[1], [0]]}, r"ignore has shape \(2, 1\)"),
+        (
+            POINTS,
+            {"ignore": [[1], [0]]},
+            r"ignore has shape \(2, 1\); .* numbers for each point, .* of the points \(3,\)",
+        ),
         (POINTS, {"ignore_strands": 9}, "ignore_strands names 9; there are"),
         (POINTS[:, :2], {}, r"points have shape \(3, 2\); expected \(…, 3\): x y z of each point"),
         (3.0, {}, r"points have shape \(\)"),

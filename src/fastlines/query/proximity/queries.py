@@ -128,8 +128,8 @@ class ProximityQueries:
             How far they may be away, in units of the coordinates: one for all points or one for each.
         to : {"axis", "surface"}, optional
             Measure distances to the axes of thick lines, or to their surfaces: then they are negative inside, the
-            deepest first. The default is the surface where lines, curves or spheres have a radius. For triangles and
-            boxes it makes no difference; inside a box the distance is 0.
+            deepest first. The default is the surface where lines, curves or spheres have a radius. It makes no
+            difference for triangles, for boxes, inside which the distance is 0, and for a class of your own.
         ignore, ignore_strands, parts
             What to leave out, as in `first_hit`: for all points, or for each.
         invalid : {"error", "skip"}
