@@ -87,7 +87,7 @@ def test_a_wrong_distance_is_an_error(monkeypatch):
     ("arguments", "said"),
     [
         (["--scene", "neurn"], "did you mean 'neuron'"),
-        (["--scene", "hair:0"], "a whole number from 1"),
+        (["--scene", "bun-hair:0"], "a whole number from 1"),
         (["--peer", "embree"], "--peer 'embree' is not a peer"),
         (["--data", "nowhere"], "--data 'nowhere' is not a folder"),
         (["--json", "n.txt"], ".json"),

@@ -25,7 +25,8 @@ def nearest(
             "--scene",
             "-s",
             metavar="NAME",
-            help="A scene: NAME or NAME:SEGMENTS. Repeat for more; the default is neuron, hair, tracts and spaghetti.",
+            help="A scene: NAME or NAME:SEGMENTS. Repeat for more; the default is neuron, bun-hair, "
+            "straight-hair, tracts and spaghetti.",
             show_default=False,
         ),
     ] = None,
@@ -66,7 +67,7 @@ def nearest(
 
     [cyan]fastlines-bench nearest --data FOLDER --json nearest.json[/]  some minutes
 
-    [cyan]fastlines-bench nearest --scene hair:1000000 --peer fcpw --threads 2[/]
+    [cyan]fastlines-bench nearest --scene bun-hair:1000000 --peer fcpw --threads 2[/]
     """
     check_files(json_file)
     if data is not None and not Path(data).is_dir():

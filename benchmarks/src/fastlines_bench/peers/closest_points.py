@@ -159,7 +159,7 @@ class _Samples(ClosestPoints):
 
     def __init__(self, lines: Lines, n_threads: int) -> None:
         low, high = lines.bounds.astype(np.float64)
-        # The nearest sample of a segment is at most half a spacing away from its nearest point.
+        # A sample is at most half a spacing away from the nearest point.
         samples, _ = sample(lines, 2 * SAMPLING * float(np.sqrt(((high - low) ** 2).sum())))
         self.n_items = len(samples)
         self._n_threads = n_threads
@@ -222,13 +222,13 @@ def check_installed(name: str) -> None:
 
 
 def sample(lines: Lines, spacing: float) -> tuple[Float64Array, IntArray]:
-    """Return samples of all segments, both ends included, at most `spacing` apart; and the segment of each."""
+    """Return the middles of pieces of all segments, which are at most `spacing` long; and the segment of each."""
     ends = lines.segments.astype(np.float64)
     edges = ends[:, 1] - ends[:, 0]
-    counts = np.maximum(1, np.ceil(np.sqrt((edges**2).sum(axis=1)) / spacing)).astype(np.int64) + 1
+    counts = np.maximum(1, np.ceil(np.sqrt((edges**2).sum(axis=1)) / spacing)).astype(np.int64)
     of = np.repeat(np.arange(len(ends)), counts)
     number = np.arange(len(of)) - (np.cumsum(counts) - counts)[of]
-    return ends[of, 0] + (number / (counts[of] - 1))[:, None] * edges[of], of
+    return ends[of, 0] + ((number + 0.5) / counts[of])[:, None] * edges[of], of
 
 
 def morton_order(points: Float64Array) -> IntArray:

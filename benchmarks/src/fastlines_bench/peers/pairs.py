@@ -1,6 +1,6 @@
-"""Peers that find all pairs of segments within a radius: all pairs in vectors, and a k-d tree over samples.
+"""Peers that find all pairs of segments within a radius: two loops over all pairs, and a k-d tree over samples.
 
-Both return (n, 2) int64, sorted, the lower number first.
+All return (n, 2) int64, sorted, the lower number first.
 """
 
 from __future__ import annotations
@@ -14,9 +14,10 @@ from typing import Any
 
 import numpy as np
 
-from fastlines import Lines
+from fastlines import Lines, Tree, get_num_threads
 
 from ..harness.arrays import Float64Array, IntArray
+from ..harness.internals import StrandPlaces, check_pairs, compiled_engine
 from .closest_points import sample
 from .compiled import compile_loops
 
@@ -25,27 +26,49 @@ CHUNK = 1 << 18
 
 
 @cache
-def _loops() -> ctypes.CDLL:
-    loops = compile_loops(Path(__file__).with_name("all_pairs.cpp"), "all pairs", "-O3", "-march=native")
-    loops.all_pairs.restype = ctypes.c_size_t
+def load_textbook() -> ctypes.CDLL:
+    """Compile and load the loop with the formula of textbooks."""
+    loops = compile_loops(Path(__file__).with_name("textbook_pairs.cpp"), "textbook pairs", "-O3", "-march=native")
+    loops.textbook_pairs.restype = ctypes.c_size_t
     return loops
 
 
 class AllPairs:
-    """Every segment with every later one, on one thread: 16 pairs at a time, and those that remain in float64."""
+    """Our brute force: every segment with every later one, 16 pairs at a time, by the test that defines the answers."""
+
+    def __init__(self, tree: Tree, radius: float, skip_neighbours: int) -> None:
+        self._view, self._n = tree.layout.view, len(tree.geometry)
+        places = StrandPlaces.of(tree.geometry)
+        self._query = check_pairs(tree.geometry, None, radius, skip_neighbours, False, "axis", places)
+
+    def find(self) -> IntArray:
+        """Return the pairs within the radius, but for neighbours."""
+        query = self._query
+        options = query.options(0, self._n, 1 << 62)
+        found = compiled_engine.brute_force_pairs(
+            self._view, None, query.owners(), query.neighbours, options, get_num_threads(), None
+        )
+        return np.stack(found[:2], axis=1)
+
+
+class TextbookPairs:
+    """The same by the formula of textbooks, on one thread; pairs that are about as near are tested in float64.
+
+    The formula is faster than ours, but cancels in float32 where segments are nearly parallel.
+    """
 
     def __init__(self, lines: Lines) -> None:
         self._ends = np.ascontiguousarray(lines.segments, np.float32)
         self._strands = np.ascontiguousarray(lines.strands, np.int64)
         self._room = 1 << 16
-        _loops()
+        load_textbook()
 
     def find(self, radius: float, skip_neighbours: int) -> IntArray:
         """Return the pairs within the radius, but for those of a strand that are so many apart."""
         while True:
             found = np.empty((self._room, 2), np.int64)
             arrays = [ctypes.c_void_p(array.ctypes.data) for array in (self._ends, self._strands, found)]
-            n = _loops().all_pairs(
+            n = load_textbook().textbook_pairs(
                 ctypes.c_size_t(len(self._ends)),
                 *arrays[:2],
                 ctypes.c_float(radius),

@@ -25,7 +25,8 @@ from .scenes import PointScene, points_of_users
 #: The peers' times divided by ours that are wanted at least, by scene and peer, for one nearest segment.
 FLOORS: dict[str, dict[str, float]] = {
     "neuron": {"libigl": 2, "fcpw": 1.1, "scipy": 4, "pykdtree": 2.5},
-    "hair": {"libigl": 10, "fcpw": 2, "scipy": 6, "pykdtree": 5},
+    "bun-hair": {"libigl": 10, "fcpw": 2, "scipy": 6, "pykdtree": 5},
+    "straight-hair": {"libigl": 10, "fcpw": 2, "scipy": 6, "pykdtree": 5},
     "tracts": {"libigl": 8, "fcpw": 2, "scipy": 4, "pykdtree": 4},
     "spaghetti": {"libigl": 60, "fcpw": 35, "scipy": 4, "pykdtree": 5},
 }
@@ -36,7 +37,8 @@ WITHIN_FLOORS = {"dense": 1.3, "sparse": 1.0}
 #: Distances agree if they differ by at most this fraction of the size.
 TOLERANCE = 1e-5
 
-#: A dense radius has about this many segments within it, and a sparse one has any for this fraction of the points.
+#: A dense radius has at most so many segments within it in the mean, and a sparse one has any for this fraction of the
+#: points.
 N_DENSE, SPARSE = 32, 0.25
 
 #: The number of points by which the radii are set.
@@ -262,7 +264,14 @@ def _nearest(
 def _within(scene: PointScene, tree: Tree, points: Float64Array, preset: NearestPreset) -> Iterator[WithinCell]:
     few = points[:N_TRIED]
     distances = tree.nearest(few, min(N_DENSE, len(scene.lines)), to="axis").distance.reshape(len(few), -1)
-    radii = {"dense": float(np.median(distances[:, -1])), "sparse": float(np.quantile(distances[:, 0], SPARSE))}
+    low, dense = 0.0, float(np.median(distances[:, -1]))
+    for _ in range(10):
+        middle = (low + dense) / 2
+        if tree.count_within(few, middle, to="axis").mean() < N_DENSE:
+            low = middle
+        else:
+            dense = middle
+    radii = {"dense": dense, "sparse": float(np.quantile(distances[:, 0], SPARSE))}
     rounded, direction = points.astype(np.float32), np.array([0, 0, 1], np.float32)
     for name, radius in radii.items():
         sides: dict[str, Callable[[], Any]] = {

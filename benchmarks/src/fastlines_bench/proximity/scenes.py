@@ -1,6 +1,7 @@
 """The lines of the benchmark of points: a neuron, hair, tracts and spaghetti; and points as users have them.
 
-The neuron and the tracts are published files where a folder holds these, and otherwise made by seeded generators.
+Hair and spaghetti are scenes of the thesis. The neuron and the tracts are published files where a folder holds these,
+and otherwise made by seeded generators.
 """
 
 from __future__ import annotations
@@ -16,17 +17,14 @@ from fastlines import InputError, Lines
 from ..harness.arrays import Float64Array
 from ..harness.internals import did_you_mean, open_lines
 
-#: The scenes of `fastlines.scenes` among ours.
-SCENES = {"hair": "straight-hair", "spaghetti": "spaghetti"}
-
 #: The files that a folder of data may hold, by scene.
 FILES = {"neuron": "Neuron.swc", "tracts": "stroke.trk.gz"}
 
 #: All scenes, and their numbers of segments.
-SIZES = {"neuron": 846, "hair": 87_460, "tracts": 200_705, "spaghetti": 2_000}
+SIZES = {"neuron": 846, "bun-hair": 82_250, "straight-hair": 87_460, "tracts": 200_705, "spaghetti": 2_000}
 
 #: The numbers of segments of a quick run.
-QUICK_SIZES = {"neuron": 846, "hair": 10_000, "tracts": 10_000, "spaghetti": 500}
+QUICK_SIZES = {"neuron": 846, "bun-hair": 10_000, "straight-hair": 10_000, "tracts": 10_000, "spaghetti": 500}
 
 #: The distance from a line of the points near lines, as a fraction of the size: the root mean square.
 OFFSET = 0.01
@@ -82,8 +80,8 @@ def make(text: str, data: str | None = None, quick: bool = False) -> PointScene:
     if data is not None and not count and name in FILES and (Path(data) / FILES[name]).exists():
         return PointScene(name, FILES[name], read_axes(str(Path(data) / FILES[name])))
     n = int(count) if count else (QUICK_SIZES if quick else SIZES)[name]
-    if name in SCENES:
-        return PointScene(name, "generated", fl.scenes.make(SCENES[name], n).lines)
+    if name in fl.scenes.NAMES:
+        return PointScene(name, "generated", fl.scenes.make(name, n).lines)
     return PointScene(name, "generated", neuron(n) if name == "neuron" else tracts(n))
 
 

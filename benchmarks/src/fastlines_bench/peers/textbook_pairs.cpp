@@ -1,4 +1,4 @@
-// All pairs of segments, 16 at a time: the brute force of a processor with vectors (peers/all_pairs.py compiles it).
+// All pairs of segments by the formula of textbooks, 16 at a time (peers/pairs.py compiles it).
 //
 // The nearest points of two segments are at s and t, where s is that of the lines, clamped to [0, 1], t is that of the
 // point at s, clamped, and s is that of the point at t, clamped. Source: Ericson, "Real-Time Collision Detection",
@@ -66,9 +66,10 @@ extern "C" {
 
 /// Writes the pairs i < j whose distance is at most the radius, up to `room` of them, and returns their number. Pairs
 /// of a strand, if that is not negative, that are at most `skip` apart are left out.
-__attribute__((visibility("default"))) std::size_t all_pairs(std::size_t n, const float* ends,
-                                                             const std::int64_t* strand, float radius,
-                                                             std::int64_t skip, std::size_t room, std::int64_t* pairs) {
+__attribute__((visibility("default"))) std::size_t textbook_pairs(std::size_t n, const float* ends,
+                                                                  const std::int64_t* strand, float radius,
+                                                                  std::int64_t skip, std::size_t room,
+                                                                  std::int64_t* pairs) {
   // Store the segments as columns of lanes. The last lanes are far from everything.
   const std::size_t n_blocks = (n + kLanes - 1) / kLanes;
   std::vector<Lanes> columns(6 * n_blocks);
