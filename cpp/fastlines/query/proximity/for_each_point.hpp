@@ -137,7 +137,9 @@ struct PointsQuery {
 
  private:
   /// Points that are sorted and answered together. Few are answered at a time where they have lists.
-  static constexpr std::size_t kMostPoints = 1 << 18, kMostListed = 1 << 13, kFewestPoints = 256;
+  static constexpr std::size_t kMostPoints = 1 << 20, kMostListed = 1 << 13, kFewestPoints = 256;
+  /// How many points ahead one is prefetched, and how many are answered between two reports of progress.
+  static constexpr std::size_t kAhead = 8, kPerReport = 1024;
 
   struct PerThread {
     explicit PerThread(Progress& progress) : checkpoint(progress) {}
@@ -156,9 +158,14 @@ struct PointsQuery {
     template <class Worker, class Answer>
     void for_each(Worker& worker, const Answer& answer) const {
       worker.sorted = &worker.sorter.sorted(query.points.coordinates.data() + 3 * begin, end - begin);
-      for (const std::uint32_t i : worker.order()) {
+      const std::vector<std::uint32_t>& order = worker.order();
+      for (std::size_t j = 0; j < order.size(); ++j) {
+        const std::size_t i = begin + order[j];
+        __builtin_prefetch(query.points.coordinates.data() +
+                           3 * (begin + order[std::min(j + kAhead, order.size() - 1)]));
         worker.checkpoint.pass();
-        answer(begin + i, query.points.prepare(begin + i, query.search.frame));
+        answer(i, query.points.prepare(i, query.search.frame));
+        if ((j + 1) % kPerReport == 0) query.progress.add(double(kPerReport) / double(query.points.size()));
       }
     }
   };
@@ -166,7 +173,7 @@ struct PointsQuery {
   double unit() const { return 1.0 / double(search.frame.scale); }
 
   std::size_t points_per_block(std::size_t most) const {
-    return std::clamp(points.size() / (4 * std::max(1u, n_threads)), kFewestPoints, most);
+    return std::clamp(points.size() / (n_threads > 1 ? 4 * n_threads : 1), kFewestPoints, most);
   }
   std::size_t n_blocks(std::size_t most) const {
     const std::size_t per_block = points_per_block(most);

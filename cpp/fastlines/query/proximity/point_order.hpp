@@ -27,20 +27,31 @@ class PointOrder {
     std::array<double, 3> scale;
     for (int k = 0; k < 3; ++k) scale[k] = high[k] > low[k] ? (kCells - 1) / (high[k] - low[k]) : 0.0;
     keys_.resize(n);
-    order_.resize(n);
+    std::array<std::array<std::uint32_t, kDigits + 1>, kPasses> begin{};  // where each digit begins, for each pass
     for (std::size_t i = 0; i < n; ++i) {
       std::uint32_t key = 0;
       for (int k = 0; k < 3; ++k) key |= spread(std::uint32_t((coordinates[3 * i + k] - low[k]) * scale[k])) << k;
-      keys_[i] = key;
-      order_[i] = std::uint32_t(i);
+      keys_[i] = std::uint64_t(key) << 32 | i;
+      for (int pass = 0; pass < kPasses; ++pass) ++begin[pass][digit(keys_[i], pass) + 1];
     }
-    for (int shift = 0; shift < 30; shift += kDigit) sort_by_digit(shift);
+    // Sort by one digit after the other.
+    next_.resize(n);
+    for (int pass = 0; pass < kPasses; ++pass) {
+      for (int i = 0; i < kDigits; ++i) begin[pass][i + 1] += begin[pass][i];
+      for (const std::uint64_t key : keys_) next_[begin[pass][digit(key, pass)]++] = key;
+      keys_.swap(next_);
+    }
+    order_.resize(n);
+    for (std::size_t i = 0; i < n; ++i) order_[i] = std::uint32_t(keys_[i]);
     return order_;
   }
 
  private:
-  static constexpr int kDigit = 10;  // bits; three passes sort 30
+  static constexpr int kPasses = 3, kBits = 10, kDigits = 1 << kBits;  // 30 bits in all
   static constexpr double kCells = 1024.0;
+
+  /// A digit of a key, whose high half is the place on the curve, and its low half the number of the point.
+  static std::size_t digit(std::uint64_t key, int pass) { return key >> (32 + pass * kBits) & (kDigits - 1); }
 
   /// The low ten bits of a number, each in every third place.
   static std::uint32_t spread(std::uint32_t x) {
@@ -50,18 +61,8 @@ class PointOrder {
     return (x | x << 2) & 0x0924'9249;
   }
 
-  /// One pass of a radix sort.
-  void sort_by_digit(int shift) {
-    std::array<std::uint32_t, (1 << kDigit) + 1> begin{};
-    const auto digit = [&](std::uint32_t i) { return keys_[i] >> shift & ((1 << kDigit) - 1); };
-    for (const std::uint32_t i : order_) ++begin[digit(i) + 1];
-    for (int i = 0; i < 1 << kDigit; ++i) begin[i + 1] += begin[i];
-    next_.resize(order_.size());
-    for (const std::uint32_t i : order_) next_[begin[digit(i)]++] = i;
-    order_.swap(next_);
-  }
-
-  std::vector<std::uint32_t> keys_, order_, next_;
+  std::vector<std::uint64_t> keys_, next_;
+  std::vector<std::uint32_t> order_;
 };
 
 }  // namespace fastlines
