@@ -25,6 +25,7 @@ LINES = nasty.crossing(RNG, 20_000).astype(np.float32)
 FEW = LINES[:3000]
 RAYS = nasty.from_distance(1)(RNG, LINES.astype(float), 20_000, 2.0)
 MANY = tuple(np.tile(rays, (20, 1)) for rays in RAYS)
+POINTS = RNG.uniform(-1, 1, (60_000, 3))
 TREE = fl.build(FEW, "bvh-cl")
 
 #: Calls of a few tenths of a second or more.
@@ -34,6 +35,11 @@ LONG: dict[str, Callable[..., Any]] = {
     "brute force": lambda **more: fl.brute_force(FEW, *RAYS, 0.01, query="count_hits", **more),
     "first hit": lambda **more: TREE.first_hit(*MANY, 0.001, **more),
     "all hits": lambda **more: TREE.all_hits(*(rays[:80_000] for rays in MANY), 0.05, **more),
+    "nearest": lambda **more: TREE.nearest(POINTS, **more),
+    "k nearest": lambda **more: TREE.nearest(POINTS, 8, **more),
+    "within": lambda **more: TREE.within(POINTS, 0.1, **more),
+    "count within": lambda **more: TREE.count_within(POINTS, 0.1, **more),
+    "brute force of points": lambda **more: fl.brute_force_points(FEW, POINTS[:10_000], **more),
 }
 
 
@@ -153,7 +159,7 @@ def test_threads_keep_to_the_cores_that_the_process_may_use() -> None:
 def test_queries_from_many_threads() -> None:
     """One tree, asked by eight Python threads at once, while another is built."""
     rays = [array[:600] for array in RAYS]
-    expected = TREE.all_hits(*rays, 0.01)
+    expected, nearest = TREE.all_hits(*rays, 0.01), TREE.nearest(POINTS[:2000], 3)
     wrong: list[object] = []
 
     def ask() -> None:
@@ -162,6 +168,8 @@ def test_queries_from_many_threads() -> None:
                 got = TREE.all_hits(*rays, 0.01)
                 if got.prim.tobytes() != expected.prim.tobytes() or got.t.tobytes() != expected.t.tobytes():
                     wrong.append("another answer")
+                if TREE.nearest(POINTS[:2000], 3).prim.tobytes() != nearest.prim.tobytes():
+                    wrong.append("something else is nearest")
             except Exception as error:  # a thread's exception would be lost
                 wrong.append(error)
 
@@ -203,6 +211,16 @@ ENDLESS = {
         "t.all_hits(*r, 10, progress=say)",
     ),
     "all hits": ("t = fl.build(lines(20_000), 'bvh-cl'); r = rays(500_000)", "t.all_hits(*r, 0.05, progress=say)"),
+    "nearest": ("t = fl.build(lines(20_000), 'bvh-cl'); p = rays(10_000_000)[0]", "t.nearest(p, progress=say)"),
+    "within": ("t = fl.build(lines(20_000), 'bvh-cl'); p = rays(500_000)[0]", "t.within(p, 0.2, progress=say)"),
+    "brute force of points": (
+        "many, p = lines(200_000), rays(3_000_000)[0]",
+        "fl.brute_force_points(many, p, progress=say)",
+    ),
+    "within of few points": (
+        "p = rays(255)[0]; t = fl.build(lines(3_000_000), limits=fl.Limits(max_depth=0)); t.layout",
+        "t.count_within(p, 10, progress=say)",
+    ),
 }
 
 

@@ -195,6 +195,8 @@ def test_facts_of_hits():
     near = {"distance": "0.5", "different prims": "1", "different strands": "1", "of": "3 segments"}
     points = [[0, 0.5, 0], [9, 9, 9]]
     assert rows(tree.nearest(points, max_distance=1)) == {"points": "2", "with an answer": "1, 50 %"} | near
+    twice = rows(tree.nearest([points] * 3, 2, max_distance=1))
+    assert (twice["points"], twice["answers"]) == ("6, 3 × 2", "6, 1 a point, 2 at most")
     counts = {"points": "2", "with an answer": "1, 50 %", "answers": "1, 0.5 a point, 1 at most"}
     assert rows(tree.within(points, 0.5)) == counts | near
     assert rows(parts)["hits of parts"] == f"0: {(parts.part == 0).sum():,}, 1: {(parts.part == 1).sum():,}"

@@ -91,6 +91,13 @@ class Balls:
         t, t_out = np.maximum(middle - half, rays.t_min), np.minimum(middle + half, rays.t_max)
         return {"t": np.where((half2 >= 0) & (t <= t_out), t, np.inf), "t_out": t_out}
 
+    def nearest(self, ids: Any, points: Any) -> Any:
+        """See `fl.Primitives`; negative inside."""
+        away = points - self.centre[ids]
+        length = np.sqrt((away**2).sum(axis=1))
+        towards = np.where(length > 0, away.T / np.where(length > 0, length, 1), [[0], [0], [1]]).T
+        return {"distance": length - self.own[ids], "point": self.centre[ids] + self.own[ids, None] * towards}
+
 
 def _mixture(segments: Any) -> fl.Geometry:
     ends = np.asarray(segments, np.float32).reshape(-1, 2, 3)

@@ -13,6 +13,7 @@ from ..arrays import IntArray, to_integers
 from ..errors import InputError
 from ..geometry.any_geometry import AnyGeometry
 from ..support.distinct import is_among
+from ..support.texts import singular
 
 
 @dataclass(frozen=True)
@@ -42,16 +43,18 @@ class Ignored:
         return np.asarray(same & (number >= 0) & (prim >= 0))
 
 
-def ignored_of(geometry: AnyGeometry, shape: tuple[int, ...], ignore: Any, ignore_strands: Any) -> tuple[Ignored, ...]:
-    """Check the arguments `ignore` and `ignore_strands` for rays of some shape."""
+def ignored_of(
+    geometry: AnyGeometry, shape: tuple[int, ...], ignore: Any, ignore_strands: Any, nouns: str = "rays"
+) -> tuple[Ignored, ...]:
+    """Check the arguments `ignore` and `ignore_strands` for rays of some shape, or for what else `nouns` says."""
     found = []
     if ignore is not None:
-        numbers = _numbers("ignore", ignore, shape)
+        numbers = _numbers("ignore", ignore, shape, nouns)
         _check_range("ignore", numbers, len(geometry), "primitives")
         found.append(Ignored(numbers))
     if ignore_strands is not None:
         of_prim = _strand_of_prims(geometry)
-        numbers = _numbers("ignore_strands", ignore_strands, shape)
+        numbers = _numbers("ignore_strands", ignore_strands, shape, nouns)
         if _is_hits(ignore_strands):
             _check_range("ignore_strands", numbers, len(of_prim), "primitives")
             strands = np.full(numbers.shape, -1)
@@ -67,12 +70,12 @@ def _is_hits(given: Any) -> bool:
     return hasattr(given, "prim") and hasattr(given, "part")
 
 
-def _numbers(name: str, given: Any, shape: tuple[int, ...]) -> IntArray:
+def _numbers(name: str, given: Any, shape: tuple[int, ...], nouns: str) -> IntArray:
     """Return what was given as (k,), or as (n_rays, m) if it is per ray."""
     if _is_hits(given):
         if hasattr(given, "offsets"):
             raise InputError(
-                f"{name} are lists of hits; expected first hits, one for each of the rays {shape}, or numbers of "
+                f"{name} are lists of hits; expected first hits, one for each of the {nouns} {shape}, or numbers of "
                 "primitives, such as hits.prim_number[…]"
             )
         numbers = given.prim_number[..., None]
@@ -84,15 +87,15 @@ def _numbers(name: str, given: Any, shape: tuple[int, ...]) -> IntArray:
     try:
         per_ray = np.broadcast_to(numbers, (*shape, m))
     except ValueError:
-        expected = f"that of the rays {shape}, or one that broadcasts to it"
+        expected = f"that of the {nouns} {shape}, or one that broadcasts to it"
         if _is_hits(given):
             raise InputError(
                 f"{name} are hits of shape {given.prim.shape}; expected {expected}; for some of them pass "
                 "hits.prim_number[…]"
             ) from None
         raise InputError(
-            f"{name} has shape {numbers.shape}; expected (k,) for all rays, or (…, m) with m numbers for each ray, "
-            f"where … is {expected}"
+            f"{name} has shape {numbers.shape}; expected (k,) for all {nouns}, or (…, m) with m numbers for each "
+            f"{singular(nouns)}, where … is {expected}"
         ) from None
     return per_ray.reshape(math.prod(shape), m)
 

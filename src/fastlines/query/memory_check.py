@@ -92,6 +92,11 @@ class MemoryCheck:
             raise MemoryError(self.refusal)
 
 
+def left_bytes() -> float:
+    """Return how many bytes this process may still allocate; ∞ where the system does not say."""
+    return min(left_addresses(), left_memory())
+
+
 def left_addresses() -> float:
     """Return how many bytes of addresses this process may still take (``ulimit -v``); ∞ without a limit."""
     limit = resource.getrlimit(resource.RLIMIT_AS)[0] if hasattr(resource, "RLIMIT_AS") else -1

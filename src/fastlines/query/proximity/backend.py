@@ -11,7 +11,7 @@ from ...arrays import FloatArray, IntArray
 from ...geometry.any_geometry import AnyGeometry
 from ...progress import ProgressCallback
 from ...threads import get_num_threads
-from .left_out import shown
+from .left_out import seen
 from .points import PointBatch
 
 #: Answers: distance, prim, u.
@@ -63,7 +63,7 @@ class CompiledPoints:
         return counts
 
     def _how(self, points: PointBatch, progress: ProgressCallback | None) -> tuple[Any, ...]:
-        return points.surface, shown(self.geometry, points), get_num_threads(), progress
+        return points.surface, seen(self.geometry, points), get_num_threads(), progress
 
     def _named(self, columns: NearColumns) -> NearColumns:
         """Replace rows of the core by their primitives, and u on a row by that on the primitive."""

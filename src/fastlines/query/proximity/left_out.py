@@ -14,10 +14,10 @@ from .points import PointBatch
 
 #: For each row of the core whether no point sees it, and its primitive, where they differ. Then what each point leaves
 #: out: numbers (n_points, m), and the number of each row that they are compared with, if it is not that of the row.
-Shown: TypeAlias = tuple[npt.NDArray[np.uint8] | None, IntArray | None, list[tuple[IntArray, IntArray | None]]]
+Seen: TypeAlias = tuple[npt.NDArray[np.uint8] | None, IntArray | None, list[tuple[IntArray, IntArray | None]]]
 
 
-def shown(geometry: AnyGeometry, points: PointBatch) -> Shown:
+def seen(geometry: AnyGeometry, points: PointBatch) -> Seen:
     """Return which rows of the core the points see, and how rows are joined to primitives."""
     owner = geometry.owner if geometry.in_pieces or geometry.has_user_code else None
     hidden, per_point = None, []

@@ -36,6 +36,8 @@ class Nearest(NearPrims):
         The points of the query, for `points`.
     part : int64 or None
         The part of a `Geometry`, -1 = miss; `prim` counts within it. None for a single container.
+    k : int
+        How many primitives were asked for.
 
     Examples
     --------
@@ -53,6 +55,7 @@ class Nearest(NearPrims):
     geometry: AnyGeometry | None = None
     query_points: PointBatch | None = None
     part: IntArray | None = None
+    k: int = 1
 
     @classmethod
     def from_columns(cls, columns: NearColumns, k: int, points: PointBatch, geometry: AnyGeometry) -> Nearest:
@@ -72,15 +75,18 @@ class Nearest(NearPrims):
 
         distance, prim, u = shaped(columns[0], np.inf), shaped(columns[1], -1), shaped(columns[2], 0)
         part, prim = geometry.split(prim.view(np.int64))
-        return cls(prim, u, distance, points.skipped, geometry, points, part)
+        return cls(prim, u, distance, points.skipped, geometry, points, part, k)
 
     def _point_of_found(self) -> IntArray:
-        assert self.query_points is not None
-        return np.flatnonzero(self.hit) // max(1, self.prim.size // max(1, self.query_points.n_given))
+        return np.flatnonzero(self.hit) // max(1, self.k)
+
+    @property
+    def counts(self) -> IntArray:
+        """How many primitives each point has, int64 of the shape of the points."""
+        return np.asarray(self.hit if self.k == 1 else self.hit.sum(axis=-1), np.int64)
 
     def __repr__(self) -> str:
-        points = self.prim.size if self.query_points is None else self.query_points.n_given
-        return f"<Nearest: {counted(points, 'points')}, {int(self.hit.sum()):,} answers>"
+        return f"<Nearest: {counted(self.counts.size, 'points')}, {int(self.hit.sum()):,} answers>"
 
     @property
     def hit(self) -> npt.NDArray[np.bool_]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -12,7 +12,6 @@ from ...errors import InputError
 from ...geometry.any_geometry import AnyGeometry
 from ...geometry.hit_places import Float64Array
 from ...geometry.offsets import NO_OFFSET
-from ...support.immutable import own
 from ..ignore import Ignored, ignored_of
 from ..rays import RADIUS_LIMIT, limits_of, scene_bounds, warn_of_coarse
 from ..row_checks import invalid_rows, one_or_each
@@ -86,25 +85,30 @@ def check_points(geometry: AnyGeometry, box: FloatArray, given: PointArguments) 
     shape, name = points.shape[:-1], given.radius_name
     points = points.reshape(-1, 3)
     radius = one_or_each(name, given.radius, shape, "points")
+    ignored = ignored_of(geometry, shape, given.ignore, given.ignore_strands, "points")
     low, high, largest = limits_of(bounds)
+    largest = largest if len(geometry) else FLOAT32_MAX
+    fits = (radius >= 0) & (radius <= (largest if name == "radius" else np.inf))
+    points.flags.writeable = False
+    batch = PointBatch(shape, points, radius, surface, ignored=ignored, parts=parts)
+    # Mostly the extremes show that all points are valid. NaN propagates to both.
+    farthest = max(-points.min(), points.max()) if len(points) else 0.0
+    if fits.all() and 2 * (farthest + max(map(abs, (*low, *high)))) <= largest:
+        return batch
     with np.errstate(invalid="ignore", over="ignore"):
         to_corner = np.maximum(np.abs(points - low), np.abs(points - high))
-        is_far = ~(np.sqrt((to_corner**2).sum(axis=1)) <= (largest if len(geometry) else FLOAT32_MAX))
-        fits = radius >= 0 if name != "radius" else (radius >= 0) & (radius <= largest)
+        is_far = ~(np.sqrt((to_corner**2).sum(axis=1)) <= largest)
     limit = f"{largest:g} ({RADIUS_LIMIT:g} times the scene's size)"
     faults = {
         "hold NaN or Inf": ~np.isfinite(points).all(axis=1),
         f"are farther from the scene than {limit}": is_far,
         f"have a {name} that is not a number from 0 {f'to {limit}' if name == 'radius' else 'up'}": ~fits,
     }
-    ignored = ignored_of(geometry, shape, given.ignore, given.ignore_strands)
-    if not any(rows.any() for rows in faults.values()):
-        return PointBatch(shape, np.asarray(own(points)), radius, surface, ignored=ignored, parts=parts)
     skipped = invalid_rows(faults, {name: radius}, len(points), "points", given.invalid)
+    if not skipped.any():
+        return batch
     left = np.flatnonzero(~skipped)
-    batch = PointBatch(shape, points, radius, surface, ignored=ignored, parts=parts).some(left)
-    valid = np.asarray(own(batch.points)), batch.radius, surface, np.flatnonzero(skipped), left, batch.ignored, parts
-    return PointBatch(shape, *valid)
+    return replace(batch.some(left), shape=shape, skipped=np.flatnonzero(skipped), rows=left)
 
 
 def _vectors(values: npt.ArrayLike) -> Float64Array:

@@ -13,7 +13,7 @@ from ...engines import engine, is_given
 from ...geometry.any_geometry import AnyGeometry
 from ...progress import ProgressOption, reporting
 from ...support.texts import counted
-from ..memory_check import MemoryCheck, left_addresses, left_memory
+from ..memory_check import SMALL, MemoryCheck, left_bytes
 from .backend import CompiledPoints, PointBackend
 from .nearest import Nearest
 from .point_arguments import PointArguments, PointOptions, shows_point_options
@@ -40,7 +40,7 @@ class PointQuery:
         n_found = min(k, len(self.geometry))
         why, n_bytes = "", k * self.points.n_given * ANSWER
         try:
-            if n_bytes > (left := min(left_addresses(), left_memory())):
+            if n_bytes > SMALL and n_bytes > (left := left_bytes()):
                 why = f": they take {n_bytes / 1e9:,.1f} GB, {max(left, 0) / 1e9:,.1f} GB are left"
                 raise MemoryError(why)
             with reporting(self.progress, "nearest") as callback:
@@ -128,8 +128,8 @@ class ProximityQueries:
             How far they may be away, in units of the coordinates: one for all points or one for each.
         to : {"axis", "surface"}, optional
             Measure distances to the axes of thick lines, or to their surfaces: then they are negative inside, the
-            deepest first. The default is the surface where lines, curves or spheres have a radius. For triangles and
-            boxes it makes no difference; inside a box the distance is 0.
+            deepest first. The default is the surface where lines, curves or spheres have a radius. It makes no
+            difference for triangles, for boxes, inside which the distance is 0, and for a class of your own.
         ignore, ignore_strands, parts
             What to leave out, as in `first_hit`: for all points, or for each.
         invalid : {"error", "skip"}

@@ -105,7 +105,9 @@ class UserPoints:
         found = self.boxes.nearest(replace(points, radius=self._box_radius(points)), n_boxes, None)
         distance, row = (column.reshape(-1, n_boxes) for column in found[:2])
         last = distance[:, -1].astype(np.float64)
-        beyond = np.asarray(last - ROUNDING * (last + self._size) if n_boxes < len(self.primitives) else last + np.inf)
+        beyond = np.asarray(
+            last * (1 - ROUNDING) - ROUNDING * self._size if n_boxes < len(self.primitives) else last + np.inf
+        )
         point, _ = np.nonzero(row >= 0)
         return point, self.primitives.owner[row[row >= 0]], beyond
 

@@ -11,6 +11,7 @@ from ...query.compressed_rows import CompressedRows
 from ...query.found_prims import FoundPrims
 from ...query.hit_geometry import HitGeometry
 from ...query.proximity.near_prims import NearPrims
+from ...query.proximity.nearest import Nearest
 from ...support.distinct import distinct
 from ...support.texts import listed, range_text
 from .facts import Fact
@@ -28,14 +29,13 @@ def hit_facts(hits: FoundPrims) -> Iterator[Fact]:
     """
     is_near = isinstance(hits, NearPrims)
     noun, with_any, entries = ("point", "with an answer", "answers") if is_near else ("ray", "that hit", "hits")
-    per_row = hits.counts if isinstance(hits, CompressedRows) else hits.prim >= 0
-    shape, n_that_hit = per_row.shape, int((per_row > 0).sum())
-    yield f"{noun}s", f"{per_row.size:,}" + (f", {' × '.join(map(str, shape))}" if len(shape) > 1 else "")
-    if per_row.size:
-        yield with_any, f"{n_that_hit:,}, {100 * n_that_hit / per_row.size:.3g} %"
-    if isinstance(hits, CompressedRows) and per_row.size:
-        each = f"{len(hits) / per_row.size:.3g} a {noun}, {int(per_row.max()):,} at most"
-        yield entries, f"{len(hits):,}, {each}"
+    counts = hits.counts if isinstance(hits, CompressedRows | Nearest) else (hits.prim >= 0).astype(int)
+    n, shape, n_with_any, n_found = counts.size, counts.shape, int((counts > 0).sum()), int(counts.sum())
+    yield f"{noun}s", f"{n:,}" + (f", {' × '.join(map(str, shape))}" if len(shape) > 1 else "")
+    if n:
+        yield with_any, f"{n_with_any:,}, {100 * n_with_any / n:.3g} %"
+    if n and (isinstance(hits, CompressedRows) or (isinstance(hits, Nearest) and hits.k != 1)):
+        yield entries, f"{n_found:,}, {n_found / n:.3g} a {noun}, {int(counts.max()):,} at most"
     if len(hits.skipped):
         yield f"invalid {noun}s", f"{len(hits.skipped):,}, which miss"
     found = hits.prim >= 0
