@@ -45,8 +45,11 @@ if TYPE_CHECKING:
     from .pyvista_plugin.readers import to_polydata as to_polydata
     from .query.hits import AllHits as AllHits
     from .query.hits import FirstHits as FirstHits
+    from .query.proximity.along import Along as Along
     from .query.proximity.brute_force import brute_force_points as brute_force_points
     from .query.proximity.nearest import Nearest as Nearest
+    from .query.proximity.pair_queries import brute_force_pairs as brute_force_pairs
+    from .query.proximity.pairs import Pairs as Pairs
     from .query.proximity.within import Within as Within
     from .query.queries import brute_force as brute_force
     from .refit import RebuildPolicy as RebuildPolicy
@@ -106,8 +109,11 @@ _NAMES = {
     "io": ("read", "write"),
     "pyvista_plugin.readers": ("to_polydata",),
     "query.hits": ("AllHits", "FirstHits"),
+    "query.proximity.along": ("Along",),
     "query.proximity.brute_force": ("brute_force_points",),
     "query.proximity.nearest": ("Nearest",),
+    "query.proximity.pair_queries": ("brute_force_pairs",),
+    "query.proximity.pairs": ("Pairs",),
     "query.proximity.within": ("Within",),
     "query.queries": ("brute_force",),
     "refit": ("RebuildPolicy",),

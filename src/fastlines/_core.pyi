@@ -309,3 +309,14 @@ def crossings(
         NDArray[numpy.float32] | None,
     ],
 ]: ...
+def brute_force_pairs(
+    prims: tuple[str, NDArray[numpy.float32]],
+    other: tuple[str, NDArray[numpy.float32]] | None,
+    owners: tuple[NDArray[numpy.int64] | None, NDArray[numpy.int64] | None],
+    neighbours: tuple[NDArray[numpy.int32], NDArray[numpy.int32], int] | None,
+    options: tuple[float, bool, int, int, int],
+    n_threads: int,
+    progress: object | None,
+) -> tuple[
+    NDArray[numpy.int64], NDArray[numpy.int64], NDArray[numpy.float32], NDArray[numpy.float32], NDArray[numpy.float32]
+]: ...

@@ -159,3 +159,25 @@ def count_within(
     n_threads: int,
     progress: object | None,
 ) -> NDArray[numpy.int64]: ...
+def pairs(
+    layout: fastlines._core.LayoutView,
+    other: fastlines._core.LayoutView | None,
+    owners: tuple[NDArray[numpy.int64] | None, NDArray[numpy.int64] | None],
+    neighbours: tuple[NDArray[numpy.int32], NDArray[numpy.int32], int] | None,
+    options: tuple[float, bool, int, int, int],
+    n_threads: int,
+    progress: object | None,
+) -> tuple[
+    NDArray[numpy.int64], NDArray[numpy.int64], NDArray[numpy.float32], NDArray[numpy.float32], NDArray[numpy.float32]
+]: ...
+def brute_force_pairs(
+    layout: fastlines._core.LayoutView,
+    other: fastlines._core.LayoutView | None,
+    owners: tuple[NDArray[numpy.int64] | None, NDArray[numpy.int64] | None],
+    neighbours: tuple[NDArray[numpy.int32], NDArray[numpy.int32], int] | None,
+    options: tuple[float, bool, int, int, int],
+    n_threads: int,
+    progress: object | None,
+) -> tuple[
+    NDArray[numpy.int64], NDArray[numpy.int64], NDArray[numpy.float32], NDArray[numpy.float32], NDArray[numpy.float32]
+]: ...

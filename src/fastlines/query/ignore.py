@@ -53,7 +53,7 @@ def ignored_of(
         _check_range("ignore", numbers, len(geometry), "primitives")
         found.append(Ignored(numbers))
     if ignore_strands is not None:
-        of_prim = _strand_of_prims(geometry)
+        of_prim = strand_of_prims(geometry)
         numbers = _numbers("ignore_strands", ignore_strands, shape, nouns)
         if _is_hits(ignore_strands):
             _check_range("ignore_strands", numbers, len(of_prim), "primitives")
@@ -106,7 +106,7 @@ def _check_range(name: str, numbers: IntArray, n: int, what: str) -> None:
         raise InputError(f"{name} names {wrong}; there are {n} {what}, which count from 0, and -1 is none")
 
 
-def _strand_of_prims(geometry: AnyGeometry) -> IntArray:
+def strand_of_prims(geometry: AnyGeometry) -> IntArray:
     """Return the strand of each primitive, different for each part; -1 for none."""
     strands, used = [np.zeros(0, np.int64)], 0
     for part in geometry.each_part():

@@ -122,17 +122,16 @@ class PairSearch {
       if (!surface) block.radius = 0.0f;
       const PieceArrays arrays(block);
       const float reach = search_.reach_ + block.slack + block.radius * kGrow;
-      SearchBox box;
       for (int k = 0; k < 3; ++k) {
-        box.low[k] = reduce_min(block.low[k]);
-        box.high[k] = reduce_max(block.high[k]);
+        box_.low[k] = reduce_min(block.low[k]);
+        box_.high[k] = reduce_max(block.high[k]);
       }
       stack_.assign(1, 0);
       while (!stack_.empty()) {
         const WideNode& node = search_.second_.nodes[stack_.back()];
         stack_.pop_back();
         checkpoint_.pass();
-        for (std::uint32_t near = near_children(node, box, reach); near; near &= near - 1) {
+        for (std::uint32_t near = near_children(node, box_, reach); near; near &= near - 1) {
           const int child = std::countr_zero(near);
           if (child < node.n_inner)
             stack_.push_back(node.first_inner + std::uint32_t(child));
@@ -175,7 +174,7 @@ class PairSearch {
       checkpoint_.pass();
       PieceBlock other(leaf, change);
       if (surface) other.radius = leaf.radius * change.quantum(leaf.scale);
-      const PairReach pair_reach = reach_of(box, reach + other.slack + other.radius * kGrow, block);
+      const PairReach pair_reach = reach_of(leaf, reach + other.slack + other.radius * kGrow);
       const std::uint32_t lanes = other.lanes;
       for (; near; near &= near - 1) {
         const int lane = std::countr_zero(near), piece = piece_of_lane(lane);
@@ -185,17 +184,16 @@ class PairSearch {
       }
     }
 
-    /// The reach of pairs of pieces, and bounds on the lengths of these and on how far they are apart.
-    PairReach reach_of(const SearchBox& box, float reach, const PieceBlock& block) const {
-      float own2 = 0.0f, other2 = 0.0f;
+    /// The reach of pairs of pieces of the block and of a leaf.
+    PairReach reach_of(const WideLeaf& leaf, float reach) const {
+      float size2 = 0.0f;
       for (int k = 0; k < 3; ++k) {
-        const float side = box.high[k] - box.low[k];
-        other2 += side * side;
-        const float longest = reduce_max(block.high[k] - block.low[k]);
-        own2 += longest * longest;
+        const float side = box_.high[k] - box_.low[k];
+        size2 += side * side;
       }
-      const float apart = reach + sqrt(own2) + sqrt(other2);
-      return {reach * reach, 0x1p-33f * own2 * other2 * 4.0f * apart * apart};
+      const float longest = 255.0f * search_.second_change_.quantum(leaf.scale), leaf_size2 = 3.0f * longest * longest;
+      const float apart = reach + sqrt(size2) + sqrt(leaf_size2);
+      return {reach * reach, 0x1p-32f * size2 * leaf_size2 * apart * apart};
     }
 
     void add_candidates(const Piece& piece, const WideLeaf& leaf, std::uint32_t lanes) {
@@ -264,8 +262,9 @@ class PairSearch {
     const PairQuery& query_;
     PairList::Part& to_;
     Checkpoint checkpoint_;
-    std::uint32_t block_ = 0;
-    Piece pieces_[kSimdWidth];  // of the block
+    std::uint32_t block_ = 0;  // the block whose pairs are sought, its box and its pieces
+    SearchBox box_;
+    Piece pieces_[kSimdWidth];
     std::vector<std::uint32_t> stack_;
     std::uint32_t n_candidates_ = 0;
     Candidate candidates_[kMaxCandidates];

@@ -50,18 +50,34 @@ class PairList {
       pairs_.push_back(pair);
     }
 
-    /// Call now and then: throws TooManyPairs if all threads together have found more than allowed.
+    /// Call now and then: keeps the best of the pairs of two primitives of several rows once there are many, and throws
+    /// TooManyPairs if all threads together have found more than allowed.
     void check() {
-      const std::size_t n_new = pairs_.size() - n_checked_;
-      n_checked_ = pairs_.size();
-      if (list_.n_found_.fetch_add(n_new) + n_new > list_.query_.max_pairs) throw TooManyPairs{};
+      count();
+      if (!list_.query_.has_pieces()) return list_.require_room();
+      const bool has_many = pairs_.size() >= 2 * n_kept_ + kMany,
+                 has_some = pairs_.size() >= n_kept_ + n_kept_ / 4 + kMany;
+      if (has_many || (has_some && !list_.has_room())) {
+        pairs_.resize(list_.sort_unique(pairs_.data(), pairs_.data() + pairs_.size()));
+        n_kept_ = pairs_.size();
+        count();
+      }
+      list_.require_room();
     }
 
    private:
     friend class PairList;
+    static constexpr std::size_t kMany = 256;
+
+    /// Tell the list how many pairs there are.
+    void count() {
+      list_.n_found_.fetch_add(std::int64_t(pairs_.size()) - std::int64_t(std::exchange(n_counted_, pairs_.size())));
+    }
+
     PairList& list_;
     LargeVector<FoundPair> pairs_;
-    std::size_t n_checked_ = 0;
+    std::size_t n_counted_ = 0;
+    std::size_t n_kept_ = 0;  // after the last time that they were reduced
   };
 
   /// A part for another thread. It lives as long as the list.
@@ -117,25 +133,30 @@ class PairList {
   }
 
  private:
-  /// Sort the pairs of one first primitive, and keep the best for each second one. Returns their number.
+  bool has_room() const { return std::size_t(std::max<std::int64_t>(n_found_.load(), 0)) <= query_.max_pairs; }
+  void require_room() const {
+    if (!has_room()) throw TooManyPairs{};
+  }
+
+  /// Sort pairs, and keep the best of each two primitives. Returns their number.
   std::size_t sort_unique(FoundPair* begin, FoundPair* end) const {
-    const AxisSet& second = query_.second;
+    const auto prims = [this](const FoundPair& pair) {
+      return std::pair(query_.first.owner_of(pair.i), query_.second.owner_of(pair.j));
+    };
     std::sort(begin, end, [&](const FoundPair& a, const FoundPair& b) {
-      const std::int64_t prim_a = second.owner_of(a.j), prim_b = second.owner_of(b.j);
-      if (prim_a != prim_b) return prim_a < prim_b;
+      const auto prims_a = prims(a), prims_b = prims(b);
+      if (prims_a != prims_b) return prims_a < prims_b;
       if (a.distance != b.distance) return a.distance < b.distance;
       return a.i != b.i ? a.i < b.i : a.j < b.j;
     });
-    const auto same = [&](const FoundPair& a, const FoundPair& b) {
-      return second.owner_of(a.j) == second.owner_of(b.j);
-    };
+    const auto same = [&](const FoundPair& a, const FoundPair& b) { return prims(a) == prims(b); };
     return std::size_t(std::unique(begin, end, same) - begin);
   }
 
   const PairQuery& query_;
   std::mutex mutex_;
   std::deque<Part> parts_;
-  std::atomic<std::size_t> n_found_{0};
+  std::atomic<std::int64_t> n_found_{0};
 };
 
 }  // namespace fastlines

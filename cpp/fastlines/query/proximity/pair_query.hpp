@@ -44,6 +44,7 @@ struct PairQuery {
   std::size_t max_pairs = ~std::size_t(0);
 
   bool has_range() const { return begin > 0 || end < std::int64_t(first.n_prims()); }
+  bool has_pieces() const { return !first.owner.empty() || !second.owner.empty(); }
   float frame_radius() const { return radius * frame.scale; }
 
   /// Whether a pair of rows counts, whatever its distance is. In a self-join i < j.

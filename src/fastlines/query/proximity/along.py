@@ -1,0 +1,119 @@
+"""Primitives along a polyline: the answer of `Tree.along`, and how it is found."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from ... import _core
+from ...arrays import COORDINATE_LIMIT, FloatArray, IntArray, to_float64
+from ...engines import engine
+from ...errors import InputError
+from ...geometry.any_geometry import AnyGeometry
+from ...geometry.hit_places import Float64Array
+from ...geometry.offsets import NO_OFFSET
+from ...progress import ProgressCallback
+from ...support.texts import counted
+from ...threads import get_num_threads
+from ..found_prims import FoundPrims
+from ..rays import warn_of_coarse
+from .pair_query import PairColumns, PairQuery, most_pairs
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Along(FoundPrims):
+    """The primitives within a radius of a polyline, each once, sorted by number; `Tree.along` finds them.
+
+    Attributes
+    ----------
+    prim : (n,) int64
+        The primitives. In a `Geometry` they count within their `part`.
+    u : (n,) float32
+        Where each is nearest to the polyline, from 0 to 1 along the primitive.
+    distance : (n,) float32
+        How far it is from the polyline; less its radius there with ``to="surface"``.
+    segment : (n,) int64
+        The segment of the polyline that it is nearest to; of several equally near ones the first.
+    s : (n,) float32
+        The place on that segment, from 0 to 1.
+    geometry : Lines, Geometry or another container, or None
+        What the tree is over. A pickle has `row` and `strand` in its place.
+    part : (n,) int64 or None
+        The part of a `Geometry`.
+
+    Examples
+    --------
+    >>> import fastlines as fl
+    >>> lines = fl.Lines.from_strands([[[0, 0, 0], [4, 0, 0]], [[2, 3, 0], [2, 5, 0]], [[9, 9, 0], [9, 9, 9]]])
+    >>> found = fl.build(lines).along([[1, 1, 0], [1, 4, 0], [6, 4, 0]], radius=1)
+    >>> print(found.prim, found.strand, found.distance, found.segment, found.s)
+    [0 1] [0 1] [1. 0.] [0 1] [0.  0.2]
+    """
+
+    prim: IntArray
+    u: FloatArray
+    distance: FloatArray
+    segment: IntArray
+    s: FloatArray
+    geometry: AnyGeometry | None = None
+    part: IntArray | None = None
+
+    def __len__(self) -> int:
+        return len(self.prim)
+
+    def __repr__(self) -> str:
+        return f"<Along: {counted(len(self), 'primitives')}>"
+
+    @property
+    def position(self) -> Float64Array:
+        """The place on the polyline as one number, (n,) float64: `segment` + `s`, to sort by."""
+        return np.asarray(self.segment + self.s.astype(np.float64))
+
+    def points(self) -> Float64Array:
+        """Return the point of the axis of each primitive that is nearest to the polyline, (n, 3) float64."""
+        geometry = self._known()
+        return np.asarray(geometry.nearest_at(self._places(on_rays=False), False) + np.array(geometry.offset))
+
+
+def find_along(
+    polyline: npt.ArrayLike, query: PairQuery, view: _core.LayoutView | None, callback: ProgressCallback | None
+) -> Along:
+    """Find what is along a polyline. The view is that of the layout, and None if there are no primitives."""
+    geometry, rows = query.geometry, polyline_rows(polyline, query.geometry)
+    columns: PairColumns = query.no_columns()
+    if view is not None:
+        corners = np.concatenate([rows.reshape(-1, 3).min(axis=0), rows.reshape(-1, 3).max(axis=0)]).tolist()
+        blocks, refs = np.zeros((0, 128), np.uint8), np.zeros((0, 2), np.uint32)
+        needle = _core.LayoutView("segments", rows, blocks, blocks, refs, corners, 0.0)
+        options = query.options(0, len(rows), most_pairs())
+        owners = None, query.owners()[0]
+        columns = engine.pairs(needle, view, owners, None, options, get_num_threads(), callback)
+    segment, row, s, u, distance = columns
+    prim, u = geometry.parameter(row, u) if geometry.in_pieces else (row, u)
+    # Keep the best segment of each primitive.
+    order = np.lexsort((segment, distance, prim))
+    best = order[np.diff(prim[order], prepend=-1) > 0]
+    part, found = geometry.split(prim[best].view(np.int64))
+    return Along(found, u[best], distance[best], segment[best].view(np.int64), s[best], geometry, part)
+
+
+def polyline_rows(polyline: npt.ArrayLike, geometry: AnyGeometry) -> FloatArray:
+    """Check a polyline, and return its segments less the offset of the lines, (m - 1, 6) float32."""
+    given = to_float64(polyline, "polyline")
+    if given.ndim != 2 or given.shape[1] != 3 or len(given) < 2:
+        raise InputError(f"polyline has shape {given.shape}; expected (m, 3), with two points or more")
+    points = given
+    if geometry.offset != NO_OFFSET:
+        points = given - np.array(geometry.offset)
+        bounds = np.asarray(geometry.bounds, np.float32)
+        warn_of_coarse("polyline", polyline, points, geometry.offset, bounds)
+    bad = ~(np.abs(points) <= COORDINATE_LIMIT).all(axis=1)
+    if bad.any():
+        raise InputError(
+            f"{int(bad.sum())} of {counted(len(points), 'points')} of the polyline hold NaN, Inf or a coordinate "
+            f"beyond {COORDINATE_LIMIT:g}; leave them out"
+        )
+    rounded = points.astype(np.float32)
+    return np.ascontiguousarray(np.concatenate([rounded[:-1], rounded[1:]], axis=1))

@@ -1,0 +1,118 @@
+"""A checked query for pairs, and what the core gets of it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...arrays import FloatArray, IntArray, count, number
+from ...errors import InputError
+from ...geometry.any_geometry import AnyGeometry
+from ..memory_check import SMALL, left_addresses, left_memory
+from ..rays import RADIUS_LIMIT
+from .pairs import Pairs
+from .points import is_to_surface
+from .strand_places import Int32Array, StrandPlaces
+
+#: The memory of a pair, and what it takes while pairs are sorted, in bytes.
+PAIR_BYTES, SORTING_BYTES = 28, 40
+
+#: The rows of pairs: i, j, s, t, distance.
+PairColumns = tuple[IntArray, IntArray, FloatArray, FloatArray, FloatArray]
+
+
+@dataclass(frozen=True, eq=False)
+class PairQuery:
+    """A checked query for the pairs of a geometry, or of two."""
+
+    geometry: AnyGeometry
+    other: AnyGeometry | None
+    radius: float
+    surface: bool
+    neighbours: tuple[Int32Array, Int32Array, int] | None
+
+    @property
+    def second(self) -> AnyGeometry:
+        """What the second primitives of pairs are of."""
+        return self.geometry if self.other is None else self.other
+
+    @property
+    def is_empty(self) -> bool:
+        """Whether there can be no pairs."""
+        return not len(self.geometry) or not len(self.second)
+
+    def owners(self) -> tuple[IntArray | None, IntArray | None]:
+        """Return the primitive of each row of the core, of both; None where each row is one."""
+        first, second = (
+            np.ascontiguousarray(of.owner) if of.in_pieces else None for of in (self.geometry, self.second)
+        )
+        return first, second
+
+    def options(self, begin: int, end: int, max_pairs: int) -> tuple[float, bool, int, int, int]:
+        """Return the options as the core takes them; first primitives are from begin up to end."""
+        return self.radius, self.surface, begin, end, max_pairs
+
+    def pairs(self, columns: PairColumns) -> Pairs:
+        """Wrap the rows that the core has found."""
+        i, j, s, t, distance = columns
+        first, s = self.geometry.parameter(i, s) if self.geometry.in_pieces else (i, s)
+        second, t = self.second.parameter(j, t) if self.second.in_pieces else (j, t)
+        return Pairs(first, second, s, t, distance, self.surface, self.geometry, self.second)
+
+    def no_columns(self) -> PairColumns:
+        """Return the rows of no pairs."""
+        ids, places = np.zeros(0, np.int64), np.zeros(0, np.float32)
+        return ids, ids, places, places, places
+
+
+def check_pairs(
+    geometry: AnyGeometry,
+    other: AnyGeometry | None,
+    radius: object,
+    skip_neighbours: int,
+    skip_strand: bool,
+    to: str | None,
+    places: StrandPlaces | None,
+) -> PairQuery:
+    """Check a query for pairs; `places` are those of the primitives along strands."""
+    both = [geometry] if other is None else [geometry, other]
+    for of in both:
+        _require_axes(of)
+    surface = max(is_to_surface(of, to) for of in both)  # checks the option for each
+    size = max((float(np.ptp(of.bounds, axis=0).max()) for of in both if len(of)), default=0.0)
+    limit = RADIUS_LIMIT * (size or 1.0)
+    checked = number(
+        "radius", radius, f"a distance from 0 to {limit:g} ({RADIUS_LIMIT:g} times the scene's size)", 0.0, limit
+    )
+    n = count("skip_neighbours", skip_neighbours, 0)
+    if other is not None and skip_strand:
+        raise InputError(
+            "skip_strand=True leaves out pairs of one strand, and those of two trees never are; leave it out"
+        )
+    if other is not None and geometry.offset != other.offset and len(geometry) and len(other):
+        raise InputError(
+            f"the trees have different offsets, {geometry.offset} and {other.offset}; read or make the lines of both "
+            "with the same offset="
+        )
+    neighbours = None
+    if places is not None and other is None and (n or skip_strand):
+        reach = np.iinfo(np.int32).max if skip_strand else min(n, np.iinfo(np.int32).max)
+        neighbours = places.places, places.periods, int(reach)
+    return PairQuery(geometry, other, checked, surface, neighbours)
+
+
+def _require_axes(geometry: AnyGeometry) -> None:
+    """Refuse what has no axes: the distance between triangles or boxes is not computed."""
+    for part in geometry.each_part():
+        if len(part) and not part.has_axes:
+            raise InputError(
+                f"pairs are those of lines, spheres and curves, not of {part.count_text()}; build a tree without them"
+            )
+
+
+def most_pairs() -> int:
+    """Return how many pairs fit into the memory that is left."""
+    left = max(SMALL, min(left_addresses(), left_memory()))
+    return int(left / (PAIR_BYTES + SORTING_BYTES)) if math.isfinite(left) else 2**62

@@ -1,0 +1,129 @@
+"""Pairs of near primitives: the answer of `Tree.pairs`."""
+
+from __future__ import annotations
+
+import copy
+from dataclasses import dataclass
+from typing import Any, TypeVar
+
+import numpy as np
+
+from ...arrays import FloatArray, IntArray
+from ...errors import InputError
+from ...geometry.any_geometry import AnyGeometry
+from ...geometry.hit_places import Float64Array, HitPlaces
+from ...support.display import Shown
+from ...support.texts import counted
+
+Self = TypeVar("Self")
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Pairs(Shown):
+    """Pairs of primitives within a radius of each other, sorted by (i, j); `Tree.pairs` finds them.
+
+    Attributes
+    ----------
+    i, j : (n,) int64
+        The two primitives. In pairs of one tree i < j; with another tree, j counts the primitives of that. In a
+        `Geometry` they count over all parts, as ``hits.prim_number`` does.
+    s, t : (n,) float32
+        Where i is nearest to j, from 0 to 1 along it, and where j is nearest to i.
+    distance : (n,) float32
+        How far these places are from each other; less both radii there with ``to="surface"``, and then negative where
+        primitives overlap.
+    surface : bool
+        Whether distances are to surfaces.
+    geometry, other : Lines, Geometry or another container, or None
+        What i counts, and what j counts. A pickle leaves them out.
+
+    Examples
+    --------
+    >>> import fastlines as fl
+    >>> rods = fl.Lines.from_segments([[[-1, 0, 0], [1, 0, 0]], [[0, -1, 3], [0, 1, 3]]], radius=[1, 1])
+    >>> pairs = fl.build(rods).pairs(2)
+    >>> print(pairs.i, pairs.j, pairs.s, pairs.t, pairs.distance)
+    [0] [1] [0.5] [0.5] [1.]
+    """
+
+    i: IntArray
+    j: IntArray
+    s: FloatArray
+    t: FloatArray
+    distance: FloatArray
+    surface: bool
+    geometry: AnyGeometry | None = None
+    other: AnyGeometry | None = None
+
+    def __len__(self) -> int:
+        return len(self.i)
+
+    def __repr__(self) -> str:
+        return f"<Pairs: {counted(len(self), 'pairs')}>"
+
+    def __getitem__(self, rows: Any) -> Pairs:
+        """Return some of the pairs: by a slice, an array of positions, or a mask."""
+        i, j, s, t, distance = (column[rows] for column in (self.i, self.j, self.s, self.t, self.distance))
+        return Pairs(i, j, s, t, distance, self.surface, self.geometry, self.other)
+
+    @property
+    def strand_i(self) -> IntArray:
+        """The strand of each i, (n,) int64; -1 for none. Each part of a `Geometry` counts its own strands."""
+        return self._known()[0].strands_of(self.i)
+
+    @property
+    def strand_j(self) -> IntArray:
+        """The strand of each j, (n,) int64; -1 for none."""
+        return self._known()[1].strands_of(self.j)
+
+    @property
+    def row_i(self) -> IntArray:
+        """The row of the input that each i was, (n,) int64; it differs from i where rows of the input were skipped."""
+        return self._known()[0].rows_of(self.i)
+
+    @property
+    def row_j(self) -> IntArray:
+        """The row of the input that each j was, (n,) int64."""
+        return self._known()[1].rows_of(self.j)
+
+    def points(self) -> Float64Array:
+        """Return the nearest points of each pair, (n, 2, 3) float64: that of i, then that of j.
+
+        They are on the axes; with ``to="surface"`` on the surfaces, on the line through both axes. The offset of the
+        lines is added.
+
+        Examples
+        --------
+        >>> import fastlines as fl
+        >>> rods = fl.Lines.from_segments([[[-1, 0, 0], [1, 0, 0]], [[0, -1, 3], [0, 1, 3]]], radius=[1, 1])
+        >>> fl.build(rods).pairs(2).points()[0].tolist()
+        [[0.0, 0.0, 1.0], [0.0, 0.0, 2.0]]
+        """
+        first, second = self._known()
+        at = [HitPlaces.without_rays(prim, u.astype(np.float64)) for prim, u in ((self.i, self.s), (self.j, self.t))]
+        axes = [of.nearest_at(places, False) for of, places in zip((first, second), at, strict=True)]
+        if self.surface:
+            towards = [places._replace(origins=to) for places, to in zip(at, axes[::-1], strict=True)]
+            axes = [of.nearest_at(places, True) for of, places in zip((first, second), towards, strict=True)]
+        return np.asarray(np.stack(axes, axis=1) + np.array(first.offset))
+
+    def _known(self) -> tuple[AnyGeometry, AnyGeometry]:
+        if self.geometry is None or self.other is None:
+            raise InputError("these pairs do not know their geometry, which a pickle leaves out; query again")
+        return self.geometry, self.other
+
+    def __copy__(self: Self) -> Self:
+        copied = object.__new__(type(self))
+        copied.__dict__.update(self.__dict__)
+        return copied
+
+    def __deepcopy__(self: Self, memo: dict[int, Any]) -> Self:
+        copied, shared = copy.copy(self), ("geometry", "other")
+        copied.__dict__.update({k: copy.deepcopy(v, memo) for k, v in self.__dict__.items() if k not in shared})
+        return copied
+
+    def __getstate__(self) -> dict[str, Any]:
+        return self.__dict__ | {"geometry": None, "other": None}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(state)
