@@ -36,18 +36,30 @@ class PointSearch {
   };
 
   struct Scratch {
-    std::vector<StackFrame> stack;  ///< only grows
-    std::uint32_t last = kNoPrim;   ///< the nearest row of the last point, which is likely near the next one
+    std::vector<StackFrame> frames;    ///< only grows
+    std::uint32_t last = kNoPrim;    ///< the nearest row of the last point, which is likely near the next one
   };
 
   template <PointCollector C>
   void operator()(const PointQuery& query, C& to, Scratch& scratch, Checkpoint& checkpoint) const {
+    const WideBvhView<P> tree = tree_;  // a copy, so that no store can alias it
     if constexpr (std::same_as<C, NearestOfPoint>)
-      if (scratch.last != kNoPrim) test(query, 1, to, [&](std::uint32_t) { return Reference{scratch.last}; });
+      if (scratch.last != kNoPrim) test_one(tree, query, Reference{scratch.last}, to);
     std::size_t depth = 0;
-    push(0, query, to.limit, scratch, depth);
+    const auto push = [&](std::uint32_t index) __attribute__((always_inline)) {
+      count_step(&StepCounters::nodes);
+      if (scratch.frames.size() == depth) scratch.frames.resize(2 * depth + 8);
+      const WideNode& node = tree.nodes[index];
+      StackFrame& frame = scratch.frames[depth];
+      FloatX16 dist2;
+      frame.waiting = cull_boxes(query.p, node, node.planes, node.n_children, reach_of(to.limit, query), dist2);
+      dist2.store(frame.dist2);
+      frame.node = index;
+      depth += frame.waiting != 0;
+    };
+    push(0);
     while (depth > 0) {
-      StackFrame& top = scratch.stack[depth - 1];
+      StackFrame& top = scratch.frames[depth - 1];
       float dist2;
       const std::uint32_t lane = least_lane(top.waiting, FloatX16::load(top.dist2), dist2);
       const float reach = reach_of(to.limit, query);
@@ -55,15 +67,15 @@ class PointSearch {
         --depth;
         continue;
       }
+      const WideNode& node = tree.nodes[top.node];
       top.waiting &= ~(1u << lane);
-      const WideNode& node = tree_.nodes[top.node];
       depth -= top.waiting == 0;
       if (lane < node.n_inner) {
-        push(node.first_inner + lane, query, to.limit, scratch, depth);
-      } else {
-        checkpoint.pass();
-        test_leaf(query, tree_.leaves[node.first_leaf + (lane - node.n_inner)], to);
+        push(node.first_inner + lane);
+        continue;
       }
+      checkpoint.pass();
+      test_leaf(tree, query, tree.leaves[node.first_leaf + (lane - node.n_inner)], to);
     }
     if constexpr (std::same_as<C, NearestOfPoint>)
       if (to.best.row != kNoPrim) scratch.last = to.best.row;
@@ -72,22 +84,10 @@ class PointSearch {
  private:
   static float reach_of(float limit, const PointQuery& query) { return max(limit + query.eps, 0.0f); }
 
-  /// Push a node, if the point may be near any of its children.
-  [[gnu::always_inline]] void push(std::uint32_t index, const PointQuery& query, float limit, Scratch& scratch,
-                                   std::size_t& depth) const {
-    count_step(&StepCounters::nodes);
-    if (scratch.stack.size() == depth) scratch.stack.resize(2 * depth + 8);
-    const WideNode& node = tree_.nodes[index];
-    StackFrame& frame = scratch.stack[depth];
-    FloatX16 dist2;
-    frame.waiting = cull_boxes(query.p, node, node.planes, node.n_children, reach_of(limit, query), dist2);
-    dist2.store(frame.dist2);
-    frame.node = index;
-    depth += frame.waiting != 0;
-  }
-
+  /// Test the pieces of a leaf that pass: one by one, or all at once.
   template <PointCollector C>
-  [[gnu::always_inline]] void test_leaf(const PointQuery& query, const WideLeaf& leaf, C& to) const {
+  [[gnu::always_inline]] static void test_leaf(const WideBvhView<P>& tree, const PointQuery& query,
+                                               const WideLeaf& leaf, C& to) {
     count_step(&StepCounters::leaves);
     const std::uint32_t near = cull_pieces<P>(query, leaf, to.limit);
     const auto n = std::uint32_t(std::popcount(near));
@@ -95,36 +95,34 @@ class PointSearch {
     if (n == 0) return;
     std::uint32_t refs[kSimdWidth];
     compress_indices(near, leaf.first_ref, refs);
-    test(query, n, to, [&](std::uint32_t j) -> Reference { return tree_.refs[refs[j]]; });
+    if (n > kMaxScalarTests) return test_packet(tree, query, refs, n, to);
+    for (std::uint32_t j = 0; j < n; ++j) test_one(tree, query, tree.refs[refs[j]], to);
   }
 
-  /// Test n pieces, ref_of(0), …, ref_of(n − 1): one by one, or all at once.
-  template <PointCollector C, class RefOf>
-  [[gnu::always_inline]] void test(const PointQuery& query, std::uint32_t n, C& to, const RefOf& ref_of) const {
-    if (n > kMaxScalarTests) return test_packet(query, n, to, ref_of);
-    for (std::uint32_t j = 0; j < n; ++j) {
-      const Reference ref = ref_of(j);
-      const auto found = nearest_point<P>(query, point_fields_of<P>(tree_.items[ref.prim], frame));
-      if (found.within) to.add({found.distance, ref.prim, found.s}, ref);
-    }
+  template <PointCollector C>
+  [[gnu::always_inline]] static void test_one(const WideBvhView<P>& tree, const PointQuery& query, const Reference& ref,
+                                              C& to) {
+    const auto found = nearest_point<P>(query, point_fields_of<P>(tree.items[ref.prim], tree.frame));
+    if (found.within) to.add({found.distance, ref.prim, found.s}, ref);
   }
 
-  template <PointCollector C, class RefOf>
-  void test_packet(const PointQuery& query, std::uint32_t n, C& to, const RefOf& ref_of) const {
+  template <PointCollector C>
+  static void test_packet(const WideBvhView<P>& tree, const PointQuery& query, const std::uint32_t* refs,
+                          std::uint32_t n, C& to) {
     constexpr int n_floats = sizeof(typename P::Item) / sizeof(float);
     const float* rows[kSimdWidth];
     for (std::uint32_t j = 0; j < kSimdWidth; ++j)
-      rows[j] = reinterpret_cast<const float*>(tree_.items + ref_of(std::min(j, n - 1)).prim);
+      rows[j] = reinterpret_cast<const float*>(tree.items + tree.refs[refs[std::min(j, n - 1)]].prim);
     FloatX16 floats[n_floats];
     transpose_rows(rows, floats);
-    const auto found = nearest_point<P>(query, point_fields<P>(floats, frame));
+    const auto found = nearest_point<P>(query, point_fields<P>(floats, tree.frame));
     float distance[kSimdWidth], s[kSimdWidth];
     found.distance.store(distance);
     found.s.store(s);
     std::uint32_t hit = (found.within & (found.distance <= FloatX16(to.limit))).bits() & lane_mask(n);
     for (; hit; hit &= hit - 1) {
-      const auto j = std::uint32_t(std::countr_zero(hit));
-      const Reference ref = ref_of(j);
+      const int j = std::countr_zero(hit);
+      const Reference ref = tree.refs[refs[j]];
       to.add({distance[j], ref.prim, s[j]}, ref);
     }
   }
@@ -132,7 +130,7 @@ class PointSearch {
   /// The most survivors of a leaf for which testing them one by one is faster than as a packet.
   static constexpr std::uint32_t kMaxScalarTests = 2;
 
-  const WideBvhView<P>& tree_;
+  const WideBvhView<P> tree_;
   std::size_t n_leaves_;
 };
 
