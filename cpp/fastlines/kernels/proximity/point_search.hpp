@@ -50,7 +50,7 @@ class PointSearch {
       StackFrame& top = scratch.stack[depth - 1];
       float dist2;
       const std::uint32_t lane = least_lane(top.waiting, FloatX16::load(top.dist2), dist2);
-      const float reach = reach_of(to.limit, query);
+      const float reach = box_reach<P>(query, to.limit);
       if (!(dist2 <= reach * reach)) {
         --depth;
         continue;
@@ -70,8 +70,6 @@ class PointSearch {
   }
 
  private:
-  static float reach_of(float limit, const PointQuery& query) { return max(limit + query.eps, 0.0f); }
-
   /// Push a node, if the point may be near any of its children.
   [[gnu::always_inline]] void push(std::uint32_t index, const PointQuery& query, float limit, Scratch& scratch,
                                    std::size_t& depth) const {
@@ -80,7 +78,7 @@ class PointSearch {
     const WideNode& node = tree_.nodes[index];
     StackFrame& frame = scratch.stack[depth];
     FloatX16 dist2;
-    frame.waiting = cull_boxes(query.p, node, node.planes, node.n_children, reach_of(limit, query), dist2);
+    frame.waiting = cull_boxes(query.p, node, node.planes, node.n_children, box_reach<P>(query, limit), dist2);
     dist2.store(frame.dist2);
     frame.node = index;
     depth += frame.waiting != 0;
