@@ -5,8 +5,8 @@
 //
 // A pair of pieces passes if their boxes come within the reach of each other, and so do their lines. With u and v along
 // the pieces, w from one to the other, and n = u × v, lines do so if (w·n)² ≤ reach²·|n|². Where lines are nearly
-// parallel, both sides are rounding noise. So the test adds a bound on its square, 2⁻³³·|u|²·|v|²·(|w| + reach)², with
-// bounds of |u|, |v| and |w| that hold for the whole leaf.
+// parallel, both sides are rounding noise. So the test adds a bound on it, 2⁻⁴¹·|u|²·|v|²·(|w| + reach)²·(1 +
+// reach/2μ), with bounds of |u|, |v| and |w| that hold for the whole leaf; docs/culling.md derives it, and μ.
 #pragma once
 
 #include "../../layout/leaf_bytes.hpp"
