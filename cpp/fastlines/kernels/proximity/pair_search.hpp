@@ -94,7 +94,7 @@ class PairSearch {
   class Worker {
    public:
     Worker(const PairSearch& search, PairList::Part& to, Progress& progress)
-        : search_(search), query_(search.query_), to_(to), checkpoint_(progress) {}
+        : search_(search), query_(search.query_), to_(to), progress_(progress), checkpoint_(progress) {}
 
     /// Find the pairs of a block of the first set.
     void search(std::size_t index) {
@@ -247,7 +247,7 @@ class PairSearch {
       at = std::min(at, n_candidates_);
       std::copy(candidates_ + at, candidates_ + n_candidates_, candidates_);
       n_candidates_ -= at;
-      to_.check();
+      to_.check(progress_);
     }
 
     void test(const Candidate* candidates, std::uint32_t n) {
@@ -287,6 +287,7 @@ class PairSearch {
     const PairSearch& search_;
     const PairQuery& query_;
     PairList::Part& to_;
+    const Progress& progress_;
     Checkpoint checkpoint_;
     std::uint32_t block_ = 0;  // the block whose pairs are sought, its box and its pieces
     SearchBox box_;
