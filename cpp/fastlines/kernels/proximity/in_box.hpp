@@ -90,8 +90,11 @@ class InBoxSearch {
         if (lane < node.n_inner)
           waiting_.push_back({node.first_inner + lane, is_inside});
         else
-          search_leaf(tree_.leaves[node.first_leaf + (lane - node.n_inner)], is_inside, region, cull, ids);
+          list_leaf(tree_.leaves[node.first_leaf + (lane - node.n_inner)], is_inside, cull, ids);
       }
+      for (const std::uint32_t prim : survivors_)
+        if (is_in(region, tree_.items[prim], surface_)) ids.push_back(prim);
+      survivors_.clear();
     }
   }
 
@@ -101,11 +104,13 @@ class InBoxSearch {
     bool is_inside;
   };
 
-  void search_leaf(const WideLeaf& leaf, bool is_inside, const Region& region, const CullRegion& cull, Ids& ids) const {
+  /// List the primitives of a leaf that is inside, or those that may be in the region; the caller tests these.
+  void list_leaf(const WideLeaf& leaf, bool is_inside, const CullRegion& cull, Ids& ids) {
     std::uint32_t near = is_inside ? (1u << leaf.n_refs) - 1 : cull_leaf(leaf, cull);
     for (; near; near &= near - 1) {
       const std::uint32_t prim = tree_.refs[leaf.first_ref + std::uint32_t(std::countr_zero(near))].prim;
-      if (is_inside || is_in(region, tree_.items[prim], surface_)) ids.push_back(prim);
+      if (!is_inside) __builtin_prefetch(tree_.items + prim);
+      (is_inside ? ids : survivors_).push_back(prim);
     }
   }
 
@@ -117,6 +122,7 @@ class InBoxSearch {
   const WideBvhView<P>& tree_;
   bool surface_;
   std::vector<Entry> waiting_;  // nodes
+  Ids survivors_;               // of the leaves of a node, to be tested
 };
 
 }  // namespace fastlines
