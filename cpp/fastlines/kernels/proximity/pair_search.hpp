@@ -207,7 +207,7 @@ class PairSearch {
       }
     }
 
-    /// The reach of pairs of pieces of the block and of a leaf; `slack` is that of both (docs/culling.md).
+    /// The reach of pairs of pieces of the block and of a leaf; `slack` is that of both.
     PairReach reach_of(const WideLeaf& leaf, float reach, float slack) const {
       float size2 = 0.0f;
       for (int k = 0; k < 3; ++k) {
