@@ -118,17 +118,25 @@ template <class N, PointView Q>
     const PointAndAxis<N> g(point, corners + 3 * i, corners + 3 * ((i + 1) % 3));
     dist2 = min(g.distance2(g.nearest()), dist2);
   }
-  // The projection is A + β·(B − A) + γ·(C − A). Being a point of the triangle, it is never too near.
-  N u[3], v[3], w[3], n[3], uw[3], wv[3];
+  // The projection is A + β·u + γ·v, u being the longer one of two edges. Thin triangles have a γ with large errors, so
+  // β is that of the nearest point to p on the line through A + γ·v along u. Being a point of the triangle, the
+  // projection is never too near.
+  N u[3], v[3], w[3], n[3], uw[3];
   subtract(corners + 3, corners, u);
   subtract(corners + 6, corners, v);
   subtract(point, corners, w);
+  const auto is_shorter = dot3<N>(u, u) < dot3<N>(v, v);
+  for (int k = 0; k < 3; ++k) {
+    const N first = u[k];
+    u[k] = blend(is_shorter, v[k], first);
+    v[k] = blend(is_shorter, first, v[k]);
+  }
   cross(u, v, n);
   cross(u, w, uw);
-  cross(w, v, wv);
-  const N length2 = dot3<N>(n, n);
-  const N beta = dot3<N>(wv, n) / length2, gamma = dot3<N>(uw, n) / length2;
-  for (int k = 0; k < 3; ++k) w[k] = w[k] - beta * u[k] - gamma * v[k];
+  const N length2 = dot3<N>(n, n), gamma = dot3<N>(uw, n) / length2;
+  for (int k = 0; k < 3; ++k) w[k] = w[k] - gamma * v[k];
+  const N beta = dot3<N>(w, u) / dot3<N>(u, u);
+  for (int k = 0; k < 3; ++k) w[k] = w[k] - beta * u[k];
   const auto inside = (zero <= beta) & (zero <= gamma) & (beta + gamma <= N(1.0f)) & (zero < length2);
   dist2 = blend(inside, min(dot3<N>(w, w), dist2), dist2);
   return {zero, sqrt(dist2), dist2 <= N(query.radius2)};
