@@ -135,7 +135,7 @@ struct Attack {
       const Reference ref = layout.view.refs[leaf.first_ref + i];
       const NearestPoint<float>& of = found[ref.prim];
       if (AxisPrimitive<P> && !owns(ref.s0, ref.s1, of.s)) continue;
-      const float reach = std::max(of.distance + query.eps, 0.0f);
+      const float reach = box_reach<P>(query, of.distance);
       if (box_dist2 <= reach * reach && cull_pieces<P>(query, leaf, of.distance) >> i & 1) kept[ref.prim] = true;
     }
   }

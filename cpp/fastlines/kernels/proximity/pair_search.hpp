@@ -94,7 +94,7 @@ class PairSearch {
   class Worker {
    public:
     Worker(const PairSearch& search, PairList::Part& to, Progress& progress)
-        : search_(search), query_(search.query_), to_(to), checkpoint_(progress) {}
+        : search_(search), query_(search.query_), to_(to), progress_(progress), checkpoint_(progress) {}
 
     /// Find the pairs of a block of the first set.
     void search(std::size_t index) {
@@ -196,7 +196,8 @@ class PairSearch {
       checkpoint_.pass();
       PieceBlock other(leaf, change);
       if (surface) other.radius = leaf.radius * change.quantum(leaf.scale);
-      const PairReach pair_reach = reach_of(leaf, reach + other.slack + other.radius * kGrow);
+      const PairReach pair_reach =
+          reach_of(leaf, reach + other.slack + other.radius * kGrow, block.slack + other.slack);
       const std::uint32_t lanes = other.lanes;
       for (; near; near &= near - 1) {
         const int lane = std::countr_zero(near), piece = piece_of_lane(lane);
@@ -206,8 +207,8 @@ class PairSearch {
       }
     }
 
-    /// The reach of pairs of pieces of the block and of a leaf.
-    PairReach reach_of(const WideLeaf& leaf, float reach) const {
+    /// The reach of pairs of pieces of the block and of a leaf; `slack` is that of both.
+    PairReach reach_of(const WideLeaf& leaf, float reach, float slack) const {
       float size2 = 0.0f;
       for (int k = 0; k < 3; ++k) {
         const float side = box_.high[k] - box_.low[k];
@@ -215,7 +216,8 @@ class PairSearch {
       }
       const float longest = 255.0f * search_.second_change_.quantum(leaf.scale), leaf_size2 = 3.0f * longest * longest;
       const float apart = reach + sqrt(size2) + sqrt(leaf_size2);
-      return {reach * reach, 0x1p-32f * size2 * leaf_size2 * apart * apart};
+      const float margin = 0x1p-19f * reach + 0.02f * slack;  // what other rounding leaves of the reach
+      return {reach * reach, 0x1p-41f * size2 * leaf_size2 * apart * apart * (1.0f + 0.5f * reach / margin)};
     }
 
     void add_candidates(const Piece& piece, const WideLeaf& leaf, std::uint32_t lanes) {
@@ -247,7 +249,7 @@ class PairSearch {
       at = std::min(at, n_candidates_);
       std::copy(candidates_ + at, candidates_ + n_candidates_, candidates_);
       n_candidates_ -= at;
-      to_.check();
+      to_.check(progress_);
     }
 
     void test(const Candidate* candidates, std::uint32_t n) {
@@ -287,6 +289,7 @@ class PairSearch {
     const PairSearch& search_;
     const PairQuery& query_;
     PairList::Part& to_;
+    const Progress& progress_;
     Checkpoint checkpoint_;
     std::uint32_t block_ = 0;  // the block whose pairs are sought, its box and its pieces
     SearchBox box_;

@@ -5,8 +5,12 @@
 //
 // A pair of pieces passes if their boxes come within the reach of each other, and so do their lines. With u and v along
 // the pieces, w from one to the other, and n = u × v, lines do so if (w·n)² ≤ reach²·|n|². Where lines are nearly
-// parallel, both sides are rounding noise. So the test adds a bound on its square, 2⁻³³·|u|²·|v|²·(|w| + reach)², with
-// bounds of |u|, |v| and |w| that hold for the whole leaf.
+// parallel, n is mostly rounding: |w·n| and reach·|n| are off by at most E = 4.3·2⁻²⁴·|u|·|v|·(|w| + reach) together,
+// besides a fraction of the reach. If other rounding leaves a margin of the reach, lines within reach − margin have
+//
+//     (w·n)² ≤ ((reach − margin)·|n| + E)² ≤ reach²·|n|² + E²·(1 + reach/(2·margin)).
+//
+// So the test adds this bound, with bounds of |u|, |v| and |w| that hold for the whole leaf.
 #pragma once
 
 #include "../../layout/leaf_bytes.hpp"

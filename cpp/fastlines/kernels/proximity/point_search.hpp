@@ -52,7 +52,7 @@ class PointSearch {
       const WideNode& node = tree.nodes[index];
       StackFrame& frame = scratch.frames[depth];
       FloatX16 dist2;
-      frame.waiting = cull_boxes(query.p, node, node.planes, node.n_children, reach_of(to.limit, query), dist2);
+      frame.waiting = cull_boxes(query.p, node, node.planes, node.n_children, box_reach<P>(query, to.limit), dist2);
       dist2.store(frame.dist2);
       frame.node = index;
       depth += frame.waiting != 0;
@@ -62,7 +62,7 @@ class PointSearch {
       StackFrame& top = scratch.frames[depth - 1];
       float dist2;
       const std::uint32_t lane = least_lane(top.waiting, FloatX16::load(top.dist2), dist2);
-      const float reach = reach_of(to.limit, query);
+      const float reach = box_reach<P>(query, to.limit);
       if (!(dist2 <= reach * reach)) {
         --depth;
         continue;
@@ -82,8 +82,6 @@ class PointSearch {
   }
 
  private:
-  static float reach_of(float limit, const PointQuery& query) { return max(limit + query.eps, 0.0f); }
-
   /// Test the pieces of a leaf that pass: one by one, or all at once.
   template <PointCollector C>
   [[gnu::always_inline]] static void test_leaf(const WideBvhView<P>& tree, const PointQuery& query,

@@ -27,7 +27,7 @@ class AllPairs {
         [&](Worker& worker, std::size_t begin, std::size_t end) {
           for (std::size_t i = begin; i < end; ++i) {
             test_row(std::uint32_t(i), worker.part, worker.checkpoint);
-            worker.part->check();
+            worker.part->check(progress);
           }
         },
         stage);

@@ -52,13 +52,13 @@ class PairList {
 
     /// Call now and then: keeps the best of the pairs of two primitives of several rows once there are many, and throws
     /// TooManyPairs if all threads together have found more than allowed.
-    void check() {
+    void check(const Progress& progress) {
       count();
       if (!list_.query_.has_pieces()) return list_.require_room();
       const bool has_many = pairs_.size() >= 2 * n_kept_ + kMany,
                  has_some = pairs_.size() >= n_kept_ + n_kept_ / 4 + kMany;
       if (has_many || (has_some && !list_.has_room())) {
-        pairs_.resize(list_.sort_unique(pairs_.data(), pairs_.data() + pairs_.size()));
+        pairs_.resize(list_.sort_unique(pairs_.data(), pairs_.data() + pairs_.size(), progress));
         n_kept_ = pairs_.size();
         count();
       }
@@ -68,6 +68,17 @@ class PairList {
    private:
     friend class PairList;
     static constexpr std::size_t kMany = 256;
+
+    /// Call visit(pair) for all pairs.
+    template <class Visit>
+    void for_each(const Progress& progress, const Visit& visit) const {
+      constexpr std::size_t at_once = 1 << 20;
+      for (std::size_t begin = 0; begin < pairs_.size(); begin += at_once) {
+        progress.check();
+        const std::size_t end = std::min(begin + at_once, pairs_.size());
+        for (std::size_t i = begin; i < end; ++i) visit(pairs_[i]);
+      }
+    }
 
     /// Tell the list how many pairs there are.
     void count() {
@@ -93,13 +104,12 @@ class PairList {
     // Move the pairs of each first primitive together.
     LargeVector<std::size_t> begins(n_prims + 2);
     for (const Part& part : parts_)
-      for (const FoundPair& pair : part.pairs_) ++begins[std::size_t(query_.first.owner_of(pair.i)) + 2];
+      part.for_each(progress, [&](const FoundPair& pair) { ++begins[prim_of(pair) + 2]; });
     for (std::size_t prim = 2; prim < n_prims + 2; ++prim) begins[prim] += begins[prim - 1];
     Buffer<FoundPair> pairs;
     pairs.reset(begins[n_prims + 1]);
     for (Part& part : parts_) {
-      progress.check();
-      for (const FoundPair& pair : part.pairs_) pairs[begins[std::size_t(query_.first.owner_of(pair.i)) + 1]++] = pair;
+      part.for_each(progress, [&](const FoundPair& pair) { pairs[begins[prim_of(pair) + 1]++] = pair; });
       part.pairs_ = {};
     }
     // Now the pairs of a primitive are those from begins[prim] up to begins[prim + 1].
@@ -114,7 +124,7 @@ class PairList {
           of);
     };
     for_each_chunk({stage.from, half}, [&](std::size_t prim) {
-      to[prim + 1] = sort_unique(pairs.data() + begins[prim], pairs.data() + begins[prim + 1]);
+      to[prim + 1] = sort_unique(pairs.data() + begins[prim], pairs.data() + begins[prim + 1], progress);
     });
     for (std::size_t prim = 0; prim < n_prims; ++prim) to[prim + 1] += to[prim];
     PairColumns columns;
@@ -138,12 +148,16 @@ class PairList {
     if (!has_room()) throw TooManyPairs{};
   }
 
+  std::size_t prim_of(const FoundPair& pair) const { return std::size_t(query_.first.owner_of(pair.i)); }
+
   /// Sort pairs, and keep the best of each two primitives. Returns their number.
-  std::size_t sort_unique(FoundPair* begin, FoundPair* end) const {
+  std::size_t sort_unique(FoundPair* begin, FoundPair* end, const Progress& progress) const {
     const auto prims = [this](const FoundPair& pair) {
       return std::pair(query_.first.owner_of(pair.i), query_.second.owner_of(pair.j));
     };
+    std::uint32_t n_compared = 0;
     std::sort(begin, end, [&](const FoundPair& a, const FoundPair& b) {
+      if ((++n_compared & 0xfffff) == 0) progress.check();
       const auto prims_a = prims(a), prims_b = prims(b);
       if (prims_a != prims_b) return prims_a < prims_b;
       if (a.distance != b.distance) return a.distance < b.distance;
