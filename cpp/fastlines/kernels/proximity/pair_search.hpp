@@ -131,6 +131,7 @@ class PairSearch {
       if (block.lanes == 0) return;
       if (!surface) block.radius = 0.0f;
       const PieceArrays arrays(block);
+      const PieceSlabs slabs(block);
       const float reach = search_.reach_ + block.slack + block.radius * kGrow;
       for (int k = 0; k < 3; ++k) {
         box_.low[k] = reduce_min(block.low[k]);
@@ -147,7 +148,7 @@ class PairSearch {
           if (child < node.n_inner)
             stack_.push_back(node.first_inner + std::uint32_t(child));
           else
-            visit(block, arrays, node, child, reach);
+            visit(slabs, arrays, node, child, reach);
         }
       }
     }
@@ -178,7 +179,7 @@ class PairSearch {
     }
 
     /// Cull the pairs of a block and a leaf of the second tree.
-    void visit(const PieceBlock& block, const PieceArrays& arrays, const WideNode& node, int child, float reach) {
+    void visit(const PieceSlabs& slabs, const PieceArrays& arrays, const WideNode& node, int child, float reach) {
       const std::uint32_t index = node.first_leaf + std::uint32_t(child - node.n_inner);
       const bool once = query_.is_self && !search_.meets_twice();
       if (once && index < block_) return;
@@ -191,7 +192,7 @@ class PairSearch {
         box.low[k] = org + float(node.planes[k * kSimdWidth + child]) * quantum;
         box.high[k] = org + float(node.planes[(3 + k) * kSimdWidth + child]) * quantum;
       }
-      std::uint32_t near = near_box(block, box, reach);
+      std::uint32_t near = slabs.near(box, reach);
       if (near == 0) return;
       checkpoint_.pass();
       PieceBlock other(leaf, change);

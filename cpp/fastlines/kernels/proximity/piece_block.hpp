@@ -3,8 +3,9 @@
 // Ends come from the bytes of a leaf, so each is off by at most √3/2 = 0.866 quanta, and so is every point of a piece.
 // The slack of 0.89 quanta also covers the rounding of the arithmetic here.
 //
-// A pair of pieces passes if their boxes come within the reach of each other, and so do their lines. With u and v along
-// the pieces, w from one to the other, and n = u × v, lines do so if (w·n)² ≤ reach²·|n|². Where lines are nearly
+// Pieces of a block that have no part in the box of a leaf, grown by the reach, are left out first. Then a pair of
+// pieces passes if their boxes come within the reach of each other, and so do their lines. With u and v along the
+// pieces, w from one to the other, and n = u × v, lines do so if (w·n)² ≤ reach²·|n|². Where lines are nearly
 // parallel, n is mostly rounding: |w·n| and reach·|n| are off by at most E = 4.3·2⁻²⁴·|u|·|v|·(|w| + reach) together,
 // besides a fraction of the reach. If other rounding leaves a margin of the reach, lines within reach − margin have
 //
@@ -112,15 +113,32 @@ struct SearchBox {
   float low[3], high[3];
 };
 
-/// The lanes whose boxes come within `reach` of a box.
-[[gnu::always_inline]] inline std::uint32_t near_box(const PieceBlock& block, const SearchBox& box, float reach) {
-  MaskX16 near = block.low[0] <= FloatX16(box.high[0] + reach);
-  for (int k = 0; k < 3; ++k) {
-    near = near & (block.low[k] <= FloatX16(box.high[k] + reach));
-    near = near & (FloatX16(box.low[k] - reach) <= block.high[k]);
+/// The pieces of a block, to be clipped by boxes.
+class PieceSlabs {
+ public:
+  explicit PieceSlabs(const PieceBlock& block) : block_(block) {
+    for (int k = 0; k < 3; ++k) {
+      const FloatX16 u = block.q[k] - block.p[k];
+      inverse_[k] = blend(u < FloatX16(0.0f), FloatX16(-1.0f), FloatX16(1.0f)) / max(abs(u), FloatX16(1e-18f));
+    }
   }
-  return near.bits() & block.lanes;
-}
+
+  /// The lanes whose pieces have a part in a box that is grown by `reach`.
+  [[gnu::always_inline]] std::uint32_t near(const SearchBox& box, float reach) const {
+    FloatX16 enter = 0.0f, leave = 1.0f;
+    for (int k = 0; k < 3; ++k) {
+      const FloatX16 at_low = (FloatX16(box.low[k] - reach) - block_.p[k]) * inverse_[k];
+      const FloatX16 at_high = (FloatX16(box.high[k] + reach) - block_.p[k]) * inverse_[k];
+      enter = max(min(at_low, at_high), enter);
+      leave = min(max(at_low, at_high), leave);
+    }
+    return (enter <= leave).bits() & block_.lanes;
+  }
+
+ private:
+  const PieceBlock& block_;
+  FloatX16 inverse_[3];
+};
 
 /// The square of the reach of a pair of leaves, and a bound on the rounding of the test of lines.
 struct PairReach {
