@@ -23,6 +23,7 @@ import numpy as np
 from fastlines import InputError, Lines
 
 from ..harness.arrays import Float64Array, IntArray
+from ..harness.clock import clock, timed
 
 #: The largest error of a distance to the nearest sample, as a fraction of the length of the diagonal of the box.
 SAMPLING = 1e-3
@@ -109,7 +110,7 @@ class Fcpw(ClosestPoints):
     name, module, exact = "fcpw", "fcpw", True
 
     def __init__(self, lines: Lines, n_threads: int) -> None:
-        self._fcpw = importlib.import_module(self.module)
+        self._fcpw, self._now = importlib.import_module(self.module), clock(n_threads)
         segments = lines.segments[(lines.segments[:, 0] != lines.segments[:, 1]).any(axis=1)]
         vertices, edges = _mesh(segments)
         self.n_items = len(edges)
@@ -130,17 +131,16 @@ class Fcpw(ClosestPoints):
             return None
         order = morton_order(points)
         everything = np.asfortranarray(points[order], np.float32)
-        few = everything[: len(points) // 8 + 1]
+        few = np.asfortranarray(everything[: len(points) // 8 + 1])
+        radii = np.full(len(points), np.inf, np.float32)
+        found = self._fcpw.interaction_3D_list()
 
         def run_in(scene: Any, of: Any) -> Any:
-            found = self._fcpw.interaction_3D_list()
-            scene.find_closest_points(np.asfortranarray(of), np.full(len(of), np.inf, np.float32), found)
+            scene.find_closest_points(of, radii[: len(of)], found)
             return found
 
         def seconds(scene: Any) -> float:
-            start = perf_counter()
-            run_in(scene, few)
-            return perf_counter() - start
+            return timed(lambda: run_in(scene, few), self._now)()[1]
 
         fastest = min(self._scenes, key=seconds)
         step = len(points) // N_READ + 1

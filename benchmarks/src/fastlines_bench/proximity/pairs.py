@@ -36,9 +36,9 @@ MOST_CROSSING = 1.5
 #: The largest exponent that is wanted of our time as a power of the number of segments.
 MOST_EXPONENT = 1.15
 
-#: The number of segments of the trial that sets the spacing of samples. The longest segment is halved until a spacing
-#: takes so many times as long as the best one.
-N_TRIED, WORSE = 10_000, 1.5
+#: The number of segments of the trial that sets the spacing of samples. The longest segment is halved until so many
+#: spacings in a row are slower than the best one.
+N_TRIED, N_SLOWER = 10_000, 3
 
 #: Pairs may differ if their distance differs from the radius by at most this fraction of the size.
 TOLERANCE = 1e-5
@@ -58,6 +58,8 @@ class PairsPreset(TimedPreset):
         The number of long lines that cross.
     most_scipy, most_all_pairs : int
         The largest scenes that the peers get.
+    floors : bool
+        Whether figures are compared with those that are wanted, which are for scenes of full size.
     """
 
     rounds: int = sized(5, 3)
@@ -66,6 +68,7 @@ class PairsPreset(TimedPreset):
     n_crossing: int = sized(2_000, 500)
     most_scipy: int = 100_000
     most_all_pairs: int = 20_000
+    floors: bool = sized(True, False)
 
 
 @dataclass(frozen=True)
@@ -127,6 +130,8 @@ class PairsResult:
 
     def checks(self) -> list[Check]:
         """Return what is wanted, as checks."""
+        if not self.preset.floors:
+            return []
         found = []
         for cell in self.cells:
             for rival in cell.rivals:
@@ -191,13 +196,16 @@ def _best_spacing(scene: ContactScene, preset: PairsPreset) -> float:
     """Return the spacing of samples with which scipy finds the pairs of a scene soonest."""
     edges = scene.lines.segments[:, 1] - scene.lines.segments[:, 0]
     longest = float(np.sqrt((edges**2).sum(axis=1)).max())
-    found: dict[float, float] = {}
-    spacing = longest
-    while not found or found[2 * spacing] < WORSE * min(found.values()):
+    best, least, spacing, n_slower = longest, math.inf, longest, 0
+    while n_slower < N_SLOWER:
         find = SampledPairs(scene.lines, scene.radius, scene.skip_neighbours, spacing).find
-        _, found[spacing] = timed(find, clock(preset.n_threads))()
+        _, seconds = timed(find, clock(preset.n_threads))()
+        if seconds < least:
+            best, least, n_slower = spacing, seconds, 0
+        else:
+            n_slower += 1
         spacing /= 2
-    return min(found, key=lambda each: found[each])
+    return best
 
 
 def _cell(scene: ContactScene, preset: PairsPreset, spacing: float | None, textbook: bool) -> PairsCell:

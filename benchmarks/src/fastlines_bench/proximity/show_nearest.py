@@ -20,9 +20,9 @@ def print_nearest(result: NearestResult) -> None:
     threads = result.preset.n_threads
     console.print(
         f"{threads} thread{'s' if threads > 1 else ''}, {result.machine['simd']}, medians of {result.preset.rounds} "
-        "rounds. Ratios are the peer's time divided by ours. off: the extremes of its distances less ours, as "
-        "fractions of the size, the diagonal of the box. fcpw gets points in Morton order, "
-        f"all others unsorted ones. build s: seconds of the clock. {result.seconds:.0f} s in all.",
+        "rounds. Ratios are the peer's time divided by ours. items: segments or samples in the tree. off: the extremes "
+        "of its distances less ours, as fractions of the size, the diagonal of the box. fcpw gets points in Morton "
+        f"order, all others unsorted ones. build s: seconds of the clock. {result.seconds:.0f} s in all.",
         highlight=False,
     )
     for name in result.missing:
@@ -32,20 +32,20 @@ def print_nearest(result: NearestResult) -> None:
 
 
 def _nearest(result: NearestResult) -> Table:
-    title = "nearest: millions of points per second"
-    heads = ["k", "segments", "points", "in its tree", "build s", "Mpoints/s", "ratio", "floor", "off"]
+    title = f"nearest: millions of points per second, {result.preset.n_points:,} points"
+    heads = ["k", "items", "build s", "Mpoints/s", "ratio", "floor", "off"]
     table = new_table(title, ["scene", "peer"], heads)
     for cell in result.nearest:
         name = f"{cell.scene} ({cell.source})"
-        sizes = [str(cell.k), f"{cell.n_prims:,}", f"{cell.n_points:,}"]
+        k = str(cell.k)
         own = [f"{cell.n_prims:,}", format_3_digits(cell.build_s), format_3_digits(cell.mpoints)]
-        table.add_row(name, "ours", *sizes, *own, "", "", "", end_section=not cell.rivals)
+        table.add_row(name, "ours", k, *own, "", "", "", end_section=not cell.rivals)
         for rival in cell.rivals:
             figures = [f"{rival.n_items:,}", format_3_digits(rival.build_s), format_3_digits(rival.mpoints)]
             floor = "" if rival.floor is None else f"{rival.floor:g}"
             off = f"{rival.least:.0e} … {rival.most:.0e}"
             last = rival is cell.rivals[-1]
-            table.add_row("", rival.peer, *sizes, *figures, f"{rival.ratio:.2f}", floor, off, end_section=last)
+            table.add_row("", rival.peer, k, *figures, f"{rival.ratio:.2f}", floor, off, end_section=last)
     return table
 
 
