@@ -14,6 +14,7 @@ InputError::~InputError() = default;
 FileError::~FileError() = default;
 Cancelled::~Cancelled() = default;
 detail::TreeImpl::~TreeImpl() = default;
+detail::NearQueries::~NearQueries() = default;
 
 void detail::TreeOrigin::be_tight() {
   if (!is_cut) return;
@@ -117,6 +118,52 @@ void Tree::all_hits(const Rays& rays, const PerRay& radius, const Sink& sink, co
     // Trace more rays at a time while they have few hits.
     if (lists->hits.size() < tuning.max_hits / 8) n_at_once = std::min(4 * n_at_once, tuning.max_rays);
   }
+}
+
+NearLine Tree::nearest(const Point& point, float max_distance, To to) const {
+  return impl_->near_queries().nearest(point, max_distance, to);
+}
+void Tree::k_nearest(const Point& point, std::size_t k, std::vector<NearLine>& lines, float max_distance, To to) const {
+  impl_->near_queries().k_nearest(point, k, max_distance, to, lines);
+}
+void Tree::within(const Point& point, float radius, std::vector<NearLine>& lines, To to) const {
+  impl_->near_queries().within(point, radius, to, lines);
+}
+std::size_t Tree::count_within(const Point& point, float radius, To to) const {
+  return impl_->near_queries().count_within(point, radius, to);
+}
+std::vector<NearLine> Tree::k_nearest(const Point& point, std::size_t k, float max_distance, To to) const {
+  std::vector<NearLine> lines;
+  k_nearest(point, k, lines, max_distance, to);
+  return lines;
+}
+std::vector<NearLine> Tree::within(const Point& point, float radius, To to) const {
+  std::vector<NearLine> lines;
+  within(point, radius, lines, to);
+  return lines;
+}
+
+NearLines Tree::nearest(const Points& points, const PerPoint& max_distance, const PointOptions& options) const {
+  return impl_->near_queries().k_nearest(points, 1, max_distance, options);
+}
+NearLines Tree::k_nearest(const Points& points, std::size_t k, const PerPoint& max_distance,
+                          const PointOptions& options) const {
+  return impl_->near_queries().k_nearest(points, k, max_distance, options);
+}
+NearLists Tree::within(const Points& points, const PerPoint& radius, const PointOptions& options) const {
+  return impl_->near_queries().within(points, radius, options);
+}
+std::vector<std::int64_t> Tree::count_within(const Points& points, const PerPoint& radius,
+                                             const PointOptions& options) const {
+  return impl_->near_queries().count_within(points, radius, options);
+}
+
+Pairs Tree::pairs(float radius, const PairOptions& options) const {
+  const detail::StrandPlaces places = detail::strand_places(strands(), segments(), round_cones());
+  return impl_->near_queries().pairs(radius, nullptr, places, options);
+}
+Pairs Tree::pairs(float radius, const Tree& other, const PairOptions& options) const {
+  return impl_->near_queries().pairs(radius, &other.impl_->near_queries(), {}, options);
 }
 
 std::size_t Tree::size() const { return impl_->size(); }
