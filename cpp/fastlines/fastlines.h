@@ -283,6 +283,11 @@ FASTLINES_API fl_status fl_within(const fl_tree* tree, const fl_point* point, fl
 /* Counts the lines within a radius of a point. */
 FASTLINES_API fl_status fl_count_within(const fl_tree* tree, const fl_point* point, float radius, fl_to to, size_t* n);
 
+/* Finds the point of a line near a point that is nearest to it, in the caller's coordinates: that of the surface, or of
+   the axis. `place` has room for its 3 coordinates. */
+FASTLINES_API fl_status fl_get_near_place(const fl_tree* tree, const fl_point* point, const fl_near_line* line,
+                                          fl_to to, double* place);
+
 /* Finds the k nearest lines of each point that are at most `max_distance` away. Each array has room for k numbers for
    each point, or is NULL if it is not wanted. Where there are fewer lines, the rest are infinity, -1 and 0. */
 FASTLINES_API fl_status fl_nearest_batch(const fl_tree* tree, const fl_points* points, float max_distance, size_t k,

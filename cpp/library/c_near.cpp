@@ -102,6 +102,18 @@ fl_status fl_count_within(const fl_tree* tree, const fl_point* point, float radi
   });
 }
 
+fl_status fl_get_near_place(const fl_tree* tree, const fl_point* point, const fl_near_line* line, fl_to to,
+                            double* place) {
+  return guarded([&] {
+    require(tree, "tree");
+    require(point, "point");
+    require(line, "line");
+    require(place, "place");
+    const auto [x, y, z] = tree->tree.place(point_of(*point), {line->distance, line->prim, line->u}, to_of(to));
+    place[0] = x, place[1] = y, place[2] = z;
+  });
+}
+
 fl_status fl_nearest_batch(const fl_tree* tree, const fl_points* points, float max_distance, size_t k, float* distance,
                            int64_t* prim, float* u) {
   return guarded([&] {

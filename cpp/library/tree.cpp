@@ -183,6 +183,14 @@ Vec3d Tree::offset() const { return impl_->origin().offset; }
 Place Tree::place(const Ray& ray, float radius, const Hit& hit) const {
   return hit ? detail::place_of(line(hit.prim), ray, radius, hit, impl_->scene_size()) : detail::place_of_miss();
 }
+Vec3d Tree::place(const Point& point, const NearLine& near, To to) const {
+  if (!near) return detail::place_of_miss().point;
+  const auto [x, y, z] = offset();
+  const Vec3d at{point.position.x - x, point.position.y - y, point.position.z - z};
+  const bool surface = to == To::surface && !round_cones().empty();
+  const Vec3d place = detail::place_near(line(near.prim), at, near.u, surface);
+  return {place.x + x, place.y + y, place.z + z};
+}
 TreeFacts Tree::facts() const { return impl_->facts(); }
 void Tree::save(const std::string& path) const { detail::write_tree(*impl_, path); }
 

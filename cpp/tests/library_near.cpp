@@ -182,6 +182,16 @@ void check_strands() {
   check(tree.pairs(1.0f, fl::Tree()).size() == 0 && fl::Tree().pairs(1.0f).size() == 0, "an empty tree has no pairs");
 }
 
+void check_places() {
+  const fl::Tree tree = fl::build(std::vector<fl::RoundCone>{{{-1, 0, 0}, {1, 0, 0}, 0.5f, 0.5f}});
+  const auto is = [](const fl::Vec3d& v, double x, double y, double z) { return v.x == x && v.y == y && v.z == z; };
+  const fl::Vec3d above{0.25, 0, 3}, on_axis{0, 0, 0};
+  check(is(tree.place(above, tree.nearest(above)), 0.25, 0, 0.5), "the nearest point of a surface");
+  check(is(tree.place(above, tree.nearest(above), fl::To::axis), 0.25, 0, 0), "the nearest point of an axis");
+  check(is(tree.place(on_axis, tree.nearest(on_axis)), 0, 0, 0.5), "that of a point of the axis lies across it");
+  check(std::isnan(tree.place(above, fl::NearLine()).x), "no point of no line");
+}
+
 void check_input() {
   const auto refuses = [](auto&& call, const char* what) {
     const std::string why = message_of<fl::InputError>(call);
@@ -247,6 +257,7 @@ void check_threads() {
 
 void check_near() {
   check_strands();
+  check_places();
   check_input();
   check_threads();
   for (const char* simd : {"avx512", "avx2", "sse42", "neon", "portable"}) {

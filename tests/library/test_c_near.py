@@ -72,9 +72,13 @@ def test_answers_are_those_of_python(library: Library, lines: fl.Lines, to: str)
     assert_same(tree.list_within(c_points(points, radii=pointer(radii), to=kind), 0), mine.within(points, radii, to=to))
 
     nearest = mine.nearest(points, k=3, to=to)
+    places = nearest.points()
     for i in range(0, len(points), 7):
         point = one_point(points[i])
-        assert_same_lines(tree.nearest(point, 3, to=kind), nearest.prim[i], nearest.distance[i], nearest.u[i])
+        found = tree.nearest(point, 3, to=kind)
+        assert_same_lines(found, nearest.prim[i], nearest.distance[i], nearest.u[i])
+        for place, line in zip(places[i], found, strict=True):
+            assert tree.near_place(point, line, kind) == place.tolist()
         assert_same_lines(
             tree.nearest(point, 1, radius, to=kind),
             *([column[i]] if close.hit[i] else [] for column in (close.prim, close.distance, close.u)),
@@ -106,7 +110,9 @@ def test_points_are_less_the_offset(library: Library, tmp_path: Path) -> None:
     tree, points = library.load(tmp_path / "far.flt"), segments.mean(axis=1) + 0.01
     expected = mine.nearest(points, k=2)
     assert_same(tree.nearest_batch(c_points(points), 2), expected)
-    assert_same_lines(tree.nearest(one_point(points[7]), 2), expected.prim[7], expected.distance[7], expected.u[7])
+    found = tree.nearest(one_point(points[7]), 2)
+    assert_same_lines(found, expected.prim[7], expected.distance[7], expected.u[7])
+    assert tree.near_place(one_point(points[7]), found[0]) == expected.points()[7, 0].tolist()
     with pytest.raises(RuntimeError, match="different offsets"):
         tree.pairs(0.1, library.build(lines))
 
@@ -151,6 +157,7 @@ def test_bad_input_has_a_message(library: Library, lines: fl.Lines) -> None:
         "a max_distance of -1": lambda: tree.nearest(one_point(points[0]), 1, -1),
         "the point has a radius of -2, which is not a number from 0": lambda: tree.within(one_point(points[0]), -2),
         "unknown fl_to; expected FL_TO_SURFACE or FL_TO_AXIS": lambda: tree.nearest(one_point(points[0]), 1, to=2),
+        "there is no line 300": lambda: tree.near_place(one_point(points[0]), NearLine(prim=300)),
         "the pairs have a radius of nan": lambda: tree.pairs(np.nan),
         "those of two trees never are": lambda: tree.pairs(1, tree, PairOptions(skip_strand=1)),
     }.items():
@@ -166,6 +173,7 @@ def test_null_pointers_are_refused_by_name(library: Library, lines: fl.Lines) ->
         ("fl_nearest", [tree, point, one, 0, n, room, room], {0: "tree", 1: "point", 5: "lines", 6: "n"}),
         ("fl_within", [tree, point, one, 0, room, n, room], {0: "tree", 1: "point", 4: "lines", 6: "n"}),
         ("fl_count_within", [tree, point, one, 0, room], {0: "tree", 1: "point", 4: "n"}),
+        ("fl_get_near_place", [tree, point, room, 0, room], {0: "tree", 1: "point", 2: "line", 4: "place"}),
         ("fl_nearest_batch", [tree, batch, one, n, None, None, None], {0: "tree", 1: "points"}),
         ("fl_count_within_batch", [tree, batch, one, room], {0: "tree", 1: "points", 3: "n"}),
         ("fl_list_within", [tree, batch, one, c.byref(made)], {0: "tree", 1: "points", 3: "lists"}),

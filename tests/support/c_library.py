@@ -249,6 +249,12 @@ class CTree:
         self.library.call("fl_nearest", self.tree, *given, lines, c.byref(n))
         return lines[: n.value]
 
+    def near_place(self, point: Point, line: NearLine, to: int = 0) -> list[float]:
+        """Return the point of a line that is nearest to a point."""
+        place = (c.c_double * 3)()
+        self.library.call("fl_get_near_place", self.tree, c.byref(point), c.byref(line), to, place)
+        return list(place)
+
     def within(self, point: Point, radius: float, to: int = 0) -> list[NearLine]:
         """Return the lines within a radius of one point."""
         n = c.c_size_t()

@@ -219,6 +219,9 @@ class FASTLINES_API Tree {
   Vec3d offset() const;
   /// Returns where a hit is, and how the line and its surface lie there. The ray and the radius are those of the query.
   Place place(const Ray& ray, float radius, const Hit& hit) const;
+  /// Returns the point of a line near a point that is nearest to it, in the caller's coordinates: that of the surface,
+  /// or of the axis. It is NaN for none.
+  Vec3d place(const Point& point, const NearLine& near, To to = To::surface) const;
 
   // The tree itself.
 
