@@ -183,12 +183,12 @@ Vec3d Tree::offset() const { return impl_->origin().offset; }
 Place Tree::place(const Ray& ray, float radius, const Hit& hit) const {
   return hit ? detail::place_of(line(hit.prim), ray, radius, hit, impl_->scene_size()) : detail::place_of_miss();
 }
-Vec3d Tree::place(const Point& point, const NearLine& near, To to) const {
-  if (!near) return detail::place_of_miss().point;
+Vec3d Tree::place(const Point& point, const NearLine& found, To to) const {
+  if (!found) return detail::place_of_miss().point;
   const auto [x, y, z] = offset();
   const Vec3d at{point.position.x - x, point.position.y - y, point.position.z - z};
   const bool surface = to == To::surface && !round_cones().empty();
-  const Vec3d place = detail::place_near(line(near.prim), at, near.u, surface);
+  const Vec3d place = detail::place_near(line(found.prim), at, found.u, surface);
   return {place.x + x, place.y + y, place.z + z};
 }
 TreeFacts Tree::facts() const { return impl_->facts(); }

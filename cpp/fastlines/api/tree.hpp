@@ -221,7 +221,7 @@ class FASTLINES_API Tree {
   Place place(const Ray& ray, float radius, const Hit& hit) const;
   /// Returns the point of a line near a point that is nearest to it, in the caller's coordinates: that of the surface,
   /// or of the axis. It is NaN for none.
-  Vec3d place(const Point& point, const NearLine& near, To to = To::surface) const;
+  Vec3d place(const Point& point, const NearLine& found, To to = To::surface) const;
 
   // The tree itself.
 
