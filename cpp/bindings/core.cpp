@@ -17,4 +17,5 @@ NB_MODULE(_core, m) {
   bind_checks(m);
   bind_binary_queries(m);
   bind_pairs(m);
+  bind_in_box(m);
 }

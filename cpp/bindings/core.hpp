@@ -9,5 +9,6 @@ void bind_trees(nanobind::module_& m);
 void bind_checks(nanobind::module_& m);
 void bind_binary_queries(nanobind::module_& m);
 void bind_pairs(nanobind::module_& m);
+void bind_in_box(nanobind::module_& m);
 
 }  // namespace fastlines

@@ -14,6 +14,7 @@ void bind_engine(nanobind::module_& m) {
   bind_queries(m);
   bind_points(m);
   bind_pairs(m);
+  bind_in_box(m);
 }
 
 }  // namespace fastlines

@@ -46,7 +46,9 @@ if TYPE_CHECKING:
     from .query.hits import AllHits as AllHits
     from .query.hits import FirstHits as FirstHits
     from .query.proximity.along import Along as Along
+    from .query.proximity.box_queries import brute_force_in_box as brute_force_in_box
     from .query.proximity.brute_force import brute_force_points as brute_force_points
+    from .query.proximity.in_box import InBox as InBox
     from .query.proximity.nearest import Nearest as Nearest
     from .query.proximity.pair_queries import brute_force_pairs as brute_force_pairs
     from .query.proximity.pairs import Pairs as Pairs
@@ -110,7 +112,9 @@ _NAMES = {
     "pyvista_plugin.readers": ("to_polydata",),
     "query.hits": ("AllHits", "FirstHits"),
     "query.proximity.along": ("Along",),
+    "query.proximity.box_queries": ("brute_force_in_box",),
     "query.proximity.brute_force": ("brute_force_points",),
+    "query.proximity.in_box": ("InBox",),
     "query.proximity.nearest": ("Nearest",),
     "query.proximity.pair_queries": ("brute_force_pairs",),
     "query.proximity.pairs": ("Pairs",),

@@ -320,3 +320,12 @@ def brute_force_pairs(
 ) -> tuple[
     NDArray[numpy.int64], NDArray[numpy.int64], NDArray[numpy.float32], NDArray[numpy.float32], NDArray[numpy.float32]
 ]: ...
+def in_box(
+    kind: str,
+    data: NDArray[numpy.float32],
+    low: NDArray[numpy.float64],
+    high: NDArray[numpy.float64],
+    surface: bool,
+    n_threads: int,
+    progress: object | None,
+) -> tuple[NDArray[numpy.int64], NDArray[numpy.int64]]: ...

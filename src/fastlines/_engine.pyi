@@ -181,3 +181,11 @@ def brute_force_pairs(
 ) -> tuple[
     NDArray[numpy.int64], NDArray[numpy.int64], NDArray[numpy.float32], NDArray[numpy.float32], NDArray[numpy.float32]
 ]: ...
+def in_box(
+    layout: fastlines._core.LayoutView,
+    low: NDArray[numpy.float64],
+    high: NDArray[numpy.float64],
+    surface: bool,
+    n_threads: int,
+    progress: object | None,
+) -> tuple[NDArray[numpy.int64], NDArray[numpy.int64]]: ...

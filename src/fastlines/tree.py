@@ -18,7 +18,9 @@ from .errors import InputError
 from .geometry.lines import Lines
 from .progress import ProgressOption
 from .query.backend import KERNELS, Backend, CompiledBackend
+from .query.hit_runs import HitRunQueries
 from .query.hits import AllHits, FirstHits
+from .query.proximity.box_queries import BoxQueries
 from .query.proximity.pair_queries import PairQueries
 from .query.proximity.queries import ProximityQueries
 from .query.queries import Query, check_query
@@ -30,13 +32,13 @@ from .support.computed_once import computed_once
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Tree(PlacedTree, ProximityQueries, PairQueries):
+class Tree(PlacedTree, HitRunQueries, ProximityQueries, PairQueries, BoxQueries):
     """An acceleration tree over primitives, as `build` makes it.
 
     It is immutable. ``nodes`` and ``refs`` are its data; ``cost()``, ``stats()``, ``levels()`` and ``validate()``
-    describe it. The queries about rays are ``first_hit``, ``any_hit``, ``count_hits``, ``all_hits`` and ``next_hits``,
-    each with its own radius; those about points are ``nearest``, ``within`` and ``count_within``. ``pairs`` finds what
-    is near to each other, and ``along`` what is near to a polyline.
+    describe it. The queries about rays are ``first_hit``, ``any_hit``, ``count_hits``, ``all_hits``, ``iter_all_hits``
+    and ``next_hits``, each with its own radius; those about points are ``nearest``, ``within`` and ``count_within``.
+    ``pairs`` finds what is near to each other, ``along`` what is near to a polyline, and ``in_box`` what is in boxes.
     """
 
     @shows_ray_options

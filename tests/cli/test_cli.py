@@ -22,7 +22,20 @@ from fastlines.cli.app import explain
 from fastlines.cli.query import KINDS
 from fastlines.support.texts import bytes_text
 
-COMMANDS = ("demo", "scene", "info", "convert", "build", "validate", "query", "render", "report")
+COMMANDS = (
+    "demo",
+    "scene",
+    "info",
+    "convert",
+    "build",
+    "validate",
+    "query",
+    "nearest",
+    "within",
+    "pairs",
+    "render",
+    "report",
+)
 
 pytestmark = pytest.mark.usefixtures("in_own_folder")
 

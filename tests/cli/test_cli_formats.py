@@ -50,7 +50,7 @@ def test_a_tree_over_curves_is_built_from_their_file():
     fl.write("a.npz", curves)
     assert "over 5 curves" in done("build", "a.npz", "-o", "a.flt")
     np.testing.assert_array_equal(fl.load("a.flt").geometry.control, curves.control)
-    assert "holds Curves; this command takes lines only" in refused("report", "a.npz")[1]
+    assert "holds Curves; expected lines here" in refused("report", "a.npz")[1]
 
 
 # --- info ---

@@ -70,14 +70,15 @@ BAD_FILES = {
 
 
 @pytest.mark.parametrize("name", few_of(BAD_FILES, n=8))
-@pytest.mark.parametrize("command", ["info", "build", "render", "validate", "query"])
+@pytest.mark.parametrize("command", ["info", "build", "render", "validate", "query", "nearest", "pairs"])
 def test_bad_files(tree_file, name, command):
     with open(name, "wb") as file:
         file.write(BAD_FILES[name]())
     if command == "info" and name in ("nan.npy", "inf.npy"):  # which are counted
         assert json.loads(run("info", name, "--json").stdout)["lines"]["n_skipped"] == 1
         return
-    options = {"render": ("-r", 0.1, "-o", "a.png"), "query": ("--camera", "8x8", "-r", 0.1)}
+    options = {"render": ("-r", 0.1, "-o", "a.png"), "query": ("--camera", "8x8", "-r", 0.1), "nearest": ("1,2,3",)}
+    options |= {"pairs": ("-r", 0.1)}
     _, sentence = refused(command, name, *options.get(command, ()))
     assert name in sentence
     assert not os.path.exists("a.png")

@@ -38,6 +38,15 @@ def test_lines_with_an_offset_are_refused(device: EmulatedDevice) -> None:
     )
 
 
+def test_lists_in_parts_are_refused(device: EmulatedDevice) -> None:
+    with pytest.raises(fl.InputError, match=r"in the memory of a GPU are not listed in parts; pass NumPy arrays"):
+        TREE.to("cuda").iter_all_hits(on_device(ORIGINS), on_device(DIRECTIONS), max_bytes=1000)
+    whole, rays = TREE.all_hits(ORIGINS, DIRECTIONS), (ORIGINS, DIRECTIONS)
+    parts = list(TREE.to("cuda").iter_all_hits(*rays, max_bytes=500))
+    assert len(parts) > 1
+    assert np.concatenate([part.t for part in parts]).tobytes() == whole.t.tobytes()
+
+
 def assert_same(got: Any, expected: Any) -> None:
     if not isinstance(got, DeviceHits):
         got, expected = {"answer": got}, {"answer": expected}

@@ -67,6 +67,8 @@ CALLS = {
         for name in ("first_hit", "any_hit", "count_hits", "all_hits")
     },
     "next_hits": lambda path, progress: TREE.next_hits(*RAYS, k=1, progress=progress),
+    "iter_all_hits": lambda path, progress: TREE.iter_all_hits(*RAYS, max_bytes=9, progress=progress),
+    "in_box": lambda path, progress: TREE.in_box(0, 1, progress=progress),
 }
 
 

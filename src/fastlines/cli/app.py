@@ -9,6 +9,7 @@ from __future__ import annotations
 import contextlib
 import inspect
 import os
+import re
 import shutil
 import sys
 import warnings
@@ -38,8 +39,14 @@ COMMANDS = {
     "validate": ("info", "Check that a tree satisfies the axioms of the thesis."),
     "convert": ("convert", "Write lines in another format."),
     "query": ("query", "Find what rays hit."),
+    "nearest": ("nearest", "Find the line nearest to each point."),
+    "within": ("nearest", "Find the lines within a distance of each point."),
+    "pairs": ("pairs", "Find the lines that come near each other."),
     "render": ("render", "Render lines: hair, fibres, tubes; or draw the levels of a tree."),
 }
+
+#: What begins with a minus and is not an option: three numbers, such as -1,2,3.
+NEGATIVE = re.compile(r"-[.\d][^,]*,[^,]+,[^,]+")
 
 #: The least number of columns for help in tables.
 WIDE = 100
@@ -94,13 +101,15 @@ class Group(TyperGroup):
 class LazyCommand(TyperCommand):
     """A command whose module is imported when it runs."""
 
-    def make_context(self, *args: Any, **extra: Any) -> Any:
+    def make_context(self, info_name: str | None, args: list[str], *more: Any, **extra: Any) -> Any:
         """Parse the arguments of the command."""
+        # A space before a negative number keeps it from being read as options.
+        args = [f" {arg}" if NEGATIVE.fullmatch(arg) else arg for arg in args]
         assert self.name
         module = import_module(f".{COMMANDS[self.name][0]}", __package__)
         alone = typer.Typer(**TYPER)
         alone.command(self.name)(getattr(module, self.name))
-        return fitted(typer.main.get_command(alone)).make_context(*args, **extra)
+        return fitted(typer.main.get_command(alone)).make_context(info_name, args, *more, **extra)
 
 
 class LazyGroup(Group):
@@ -148,8 +157,8 @@ def explain(error: BaseException) -> tuple[int, str]:
         with contextlib.suppress(OSError, ValueError):
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 141, ""
-    if isinstance(error, MemoryError) and "rays" not in text:
-        text = "there is not enough memory for this; try fewer lines, rays or pixels, or a smaller radius"
+    if isinstance(error, MemoryError) and "fit into memory" not in text:
+        text = "there is not enough memory for this; try fewer lines, rays, points or pixels, or a smaller radius"
     elif isinstance(error, OSError):
         text = ": ".join(str(part) for part in (error.filename, error.strerror or error) if part)
     elif hasattr(error, "format_message"):  # a wrong command line, from typer

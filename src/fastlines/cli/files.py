@@ -47,7 +47,7 @@ class Source:
         """The lines, for what works with nothing else."""
         if not isinstance(self.geometry, Lines):
             kind = type(self.geometry).__name__
-            raise InputError(f"{self.name}: holds {kind}; this command takes lines only, 'fastlines build' all kinds")
+            raise InputError(f"{self.name}: holds {kind}; expected lines here, 'fastlines build' takes all kinds")
         return self.geometry
 
     def camera(self) -> Camera:
@@ -88,6 +88,13 @@ def open_input(
     if source.tree is not None and (oddity := thickness_oddity(source.geometry)) is not None:
         warnings.warn(f"{text}: {oddity}", FileWarning, stacklevel=2)
     return source
+
+
+def open_beside(first: Source, text: str, skip_invalid: bool, own_radius: bool) -> Source:
+    """Read another input; a file of lines gets the offset of the first."""
+    is_file = not text.startswith(SCENE) and Path(text).suffix.lower() != TREE
+    offset = f"{OFFSET}={','.join(map(repr, first.geometry.offset))}"
+    return open_input(text, skip_invalid, options=[offset] if is_file else None, own_radius=own_radius)
 
 
 def _open(text: str, skip_invalid: bool, format: str | None, options: Sequence[str] | None) -> Source:

@@ -54,13 +54,37 @@ Radius = Annotated[float | None, _radius("How near a ray must come", "lines with
 PictureRadius = Annotated[
     float | None, _radius("Half the thickness of the lines", "by default 0, or for lines without one what suits them")
 ]
-OwnRadius = Annotated[
-    bool,
+Distance = Annotated[
+    float,
+    Option("--radius", "-r", callback=finite, help="The greatest distance, in the unit of the coordinates."),
+]
+To = Annotated[
+    str | None,
     Option(
-        "--own-radius/--no-own-radius",
-        help="Whether the radius that lines have of their own counts. If not, --radius replaces it.",
+        metavar="WHAT",
+        help="Measure distances to the surface, the default where lines have a radius of their own, or to the axis.",
+        show_default=False,
     ),
 ]
+TableFile = Annotated[
+    str | None,
+    Option(
+        "--output",
+        "-o",
+        metavar="FILE",
+        help="Write the table to this .csv, .parquet or .npz file; else only print figures.",
+    ),
+]
+
+
+def _own_radius(otherwise: str) -> Any:
+    """Return the option --own-radius of a command."""
+    text = f"Whether the radius that lines have of their own counts. If not, {otherwise}."
+    return Option("--own-radius/--no-own-radius", help=text)
+
+
+OwnRadius = Annotated[bool, _own_radius("--radius replaces it")]
+OwnSurface = Annotated[bool, _own_radius("distances are to the axes")]
 Json = Annotated[bool, Option("--json", help="Print JSON.")]
 Skip = Annotated[bool, Option("--skip-invalid", help="Leave out segments that hold NaN or Inf.")]
 FormatName = Annotated[

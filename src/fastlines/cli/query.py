@@ -13,6 +13,7 @@ from ..errors import InputError
 from ..geometry.any_geometry import AnyGeometry
 from ..query.ray_arguments import RayOptions
 from ..support.texts import counted
+from .array_files import numbers
 from .options import (
     Direction,
     FormatName,
@@ -29,7 +30,7 @@ from .options import (
     size,
     vector,
 )
-from .ray_files import numbers, read_rays
+from .ray_files import read_rays
 
 #: The choices of --kind, and the methods of a tree.
 KINDS = {"first": "first_hit", "any": "any_hit", "all": "all_hits", "next": "next_hits", "count": "count_hits"}

@@ -62,6 +62,10 @@ class CudaBackend:
         _report_end(progress)
         return counts
 
+    def count_candidates(self, rays: RayBatch, progress: ProgressCallback | None) -> IntArray:
+        """See `Backend`; these are the hits."""
+        return self.count_hits(rays, progress)
+
     def list_hits(
         self, rays: RayBatch, surface: bool, k: int | None, by_distance: bool, progress: ProgressCallback | None
     ) -> HitLists:

@@ -49,6 +49,8 @@ class Primitives(Protocol):
       `Tree.within` and `Tree.count_within`. It is negative inside if you define it so, and NaN or inf for none. No
       point outside of the box of a primitive may be nearer to it than to its box. A mapping has it as "distance", and
       may also have "u" and, for `Nearest.points`, the nearest "point" (m, 3).
+    - ``in_box(ids, low, high)`` returns whether each primitive has a point in the box between two corners (m, 3), as
+      bool (m,), for `Tree.in_box`. A corner may hold infinities.
     """
 
     def bounds(self) -> npt.ArrayLike:
@@ -233,6 +235,23 @@ class UserPrimitives(AnyGeometry):
             distance = arrays["distance"].astype(np.float32)
         distance[~np.isfinite(distance)] = np.inf
         return UserDistances(distance, arrays.get("u", np.zeros(len(ids))).astype(np.float32), arrays.get("point"))
+
+    def in_box(self, ids: IntArray, low: Float64Array, high: Float64Array) -> npt.NDArray[np.bool_]:
+        """Call the optional method `in_box` of `Primitives`, and check its answer."""
+        name = f"{type(self.source).__name__}.in_box()"
+        found = np.asarray(self.require_in_box()(ids, low, high))
+        if found.dtype != np.bool_ or found.shape != ids.shape:
+            raise InputError(f"{name} returned {found.dtype} of shape {found.shape}; expected bool of {ids.shape}")
+        return found
+
+    def require_in_box(self) -> Callable[[IntArray, Float64Array, Float64Array], Any]:
+        """Return the optional method `in_box`, or say that it is missing."""
+        if not callable(in_box := getattr(self.source, "in_box", None)):
+            raise InputError(
+                f"{type(self.source).__name__} has no method in_box(ids, low, high), which returns whether each "
+                "primitive has a point in a box; add it for queries about boxes"
+            )
+        return cast(Callable[[IntArray, Float64Array, Float64Array], Any], in_box)
 
     def require_nearest(self) -> Callable[[IntArray, Float64Array], Any]:
         """Return the optional method `nearest`, or say that it is missing."""

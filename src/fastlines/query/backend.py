@@ -42,6 +42,9 @@ class Backend(Protocol):
     def count_hits(self, rays: RayBatch, progress: ProgressCallback | None) -> IntArray:
         """Count the segments that each ray hits."""
 
+    def count_candidates(self, rays: RayBatch, progress: ProgressCallback | None) -> IntArray:
+        """Count what a list of all hits of each ray holds while it is made: hits, and what is dropped or joined."""
+
     def list_hits(
         self, rays: RayBatch, surface: bool, k: int | None, by_distance: bool, progress: ProgressCallback | None
     ) -> HitLists:
@@ -71,6 +74,10 @@ class CompiledBackend:
         """See `Backend`."""
         counts: IntArray = self.functions.count_hits(self.view, rays.arrays(), *self._how(progress))
         return counts
+
+    def count_candidates(self, rays: RayBatch, progress: ProgressCallback | None) -> IntArray:
+        """See `Backend`; these are the hits."""
+        return self.count_hits(rays, progress)
 
     def list_hits(
         self, rays: RayBatch, surface: bool, k: int | None, by_distance: bool, progress: ProgressCallback | None

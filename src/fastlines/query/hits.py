@@ -101,6 +101,9 @@ class AllHits(CompressedRows, HitGeometry):
         The first entry of each ray, in the order of the flattened input, and the end of the last.
     t, prim, u, distance, t_out, skipped, geometry, part
         As in `FirstHits`, one entry a hit; so are `row` and `strand`.
+    first_ray : int
+        Of a part of `Tree.iter_all_hits`, which of all rays its first one is; else 0. In a part, `ray`, `of` and
+        ``skipped`` count from there.
     """
 
     offsets: IntArray
@@ -113,13 +116,16 @@ class AllHits(CompressedRows, HitGeometry):
     geometry: AnyGeometry | None = None
     rays: RayBatch | None = None
     part: IntArray | None = None
+    first_ray: int = 0
 
     @classmethod
-    def from_columns(cls, offsets: IntArray, columns: HitColumns, rays: RayBatch, geometry: AnyGeometry) -> AllHits:
+    def from_columns(
+        cls, offsets: IntArray, columns: HitColumns, rays: RayBatch, geometry: AnyGeometry, first_ray: int = 0
+    ) -> AllHits:
         """Wrap the lists of a backend."""
         t, prim, u, distance, t_out = columns
         part, prim = geometry.split(prim.view(np.int64))
-        return cls(offsets.view(np.int64), t, prim, u, distance, t_out, rays.skipped, geometry, rays, part)
+        return cls(offsets.view(np.int64), t, prim, u, distance, t_out, rays.skipped, geometry, rays, part, first_ray)
 
     def _ray_of_hits(self) -> IntArray:
         return self.ray
@@ -168,7 +174,7 @@ class AllHits(CompressedRows, HitGeometry):
         offsets = offsets_of(self.ray[first], len(self.offsets) - 1)
         columns = self.t[first], self.prim[first], self.u[first], distance, ends
         kept = None if self.part is None else part[first]
-        found = AllHits(offsets, *columns, self.skipped, self.geometry, self.rays, kept)
+        found = AllHits(offsets, *columns, self.skipped, self.geometry, self.rays, kept, self.first_ray)
         if self.geometry is None:  # of a pickle, which has these in its place
             found.__dict__.update(row=own(self.row[first]), strand=own(self.strand[first]))
         return found

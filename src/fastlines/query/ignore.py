@@ -29,7 +29,7 @@ class Ignored:
         """Whether each ray has numbers of its own."""
         return self.numbers.ndim == 2
 
-    def some(self, rows: IntArray) -> Ignored:
+    def some(self, rows: IntArray | slice) -> Ignored:
         """Return what the rays in these rows leave out."""
         return replace(self, numbers=self.numbers[rows]) if self.is_per_ray else self
 

@@ -79,7 +79,7 @@ class Query:
 
     def first_hit(self, at: str = "closest") -> FirstHits:
         """Find the nearest hit of each ray."""
-        surface = self._is_surface(at)
+        surface = self.is_surface(at)
         if not isinstance(self.rays, RayBatch):
             return cast(FirstHits, self.rays.first_hit(surface))
         with reporting(self.progress, "first hit") as callback:
@@ -103,15 +103,16 @@ class Query:
 
     def all_hits(self, at: str = "closest", merge: str | None = None) -> AllHits:
         """List all hits of each ray, or those of a strand as one."""
-        surface, merges = self._is_surface(at), is_merge(merge, at)
+        surface, merges = self.is_surface(at), is_merge(merge, at)
         hits = self._list_hits(surface, None, False)
         return hits.merged_by_strand() if merges else hits
 
     def next_hits(self, k: int, at: str = "closest", rank: str = "t") -> AllHits:
         """List the k best hits of each ray."""
-        return self._list_hits(self._is_surface(at), count("k", k, 0), is_by_distance(rank))
+        return self._list_hits(self.is_surface(at), count("k", k, 0), is_by_distance(rank))
 
-    def _is_surface(self, at: str) -> bool:
+    def is_surface(self, at: str) -> bool:
+        """Check the option `at` for these rays, and return whether t is taken at the surface."""
         if is_surface(at) and self.rays.has_spread:
             raise InputError(
                 "at='surface' has no meaning with a spread: the reach then grows with the depth of each point of a "

@@ -83,6 +83,19 @@ class RayBatch:
         ignored = tuple(each.some(rows) for each in self.ignored)
         return RayBatch(rows.shape, *arrays, none, ignored=ignored, parts=self.parts)
 
+    def part(self, begin: int, end: int) -> RayBatch:
+        """Return a batch of consecutive rays, whose arrays are views."""
+        scalars = (self.radius, self.t_min, self.t_max, self.spread)
+        radius, t_min, t_max, spread = (values if len(values) == 1 else values[begin:end] for values in scalars)
+        arrays = self.origins[begin:end], self.directions[begin:end], radius, t_min, t_max, spread
+        skipped = self.skipped[(self.skipped >= begin) & (self.skipped < end)] - begin
+        ignored = tuple(each.some(slice(begin, end)) for each in self.ignored)
+        made = RayBatch((end - begin,), *arrays, skipped)
+        return replace(made, digest=made._checksum(), ignored=ignored, parts=self.parts)
+
+    def _checksum(self) -> int:
+        return engine.check_rays(self.arrays(), 0.0, 0.0, get_num_threads())[1]
+
     def unchanged(self) -> RayBatch:
         """Return this batch, whose arrays may be the caller's.
 
@@ -91,7 +104,7 @@ class RayBatch:
         InputError
             If the arrays have changed since the query.
         """
-        if engine.check_rays(self.arrays(), 0.0, 0.0, get_num_threads())[1] != self.digest:
+        if self._checksum() != self.digest:
             raise InputError(
                 "the arrays of rays have changed since the query, and hits do not keep copies; ask for points before "
                 "you change them, or pass copies to the query"

@@ -106,6 +106,20 @@ def test_spheres_and_several_parts() -> None:
     assert np.allclose(first_part.distance, pairs.distance, atol=1e-6)
 
 
+def test_shapes_that_many_leaves_list_are_found_once() -> None:
+    rng = np.random.default_rng(8)
+    ends = nasty.crossing(rng, 80).astype(np.float32)
+    thick = fl.Lines.from_segments(ends, radius=rng.uniform(0, 0.05, (80, 2)))
+    several = fl.Geometry([thick, fl.Spheres.from_centres(ends[:20, 0], radius=0.5)])
+    tree, other = fl.build(several, "kd-d2"), fl.build(fl.Geometry([thick]), "kd-d2")
+    assert min(tree.n_refs, other.n_refs) > 2 * len(several)
+    for to in ("axis", "surface"):
+        expected = fl.brute_force_pairs(several, 0.1, to=to)
+        assert_same(tree.pairs(0.1, to=to), expected)
+        assert_same(tree.pairs(0.1, other, to=to), fl.brute_force_pairs(several, 0.1, fl.Geometry([thick]), to=to))
+        assert sum(map(len, tree.iter_pairs(0.1, to=to, max_bytes=68 * 200))) == len(expected)
+
+
 def test_what_has_no_axis_is_refused() -> None:
     triangle, line = fl.Triangles([[[0, 0, 0], [1, 0, 0], [0, 1, 0]]]), fl.Lines.from_segments([[[0, 0, 1], [1, 0, 1]]])
     for geometry in (triangle, fl.Geometry([line, triangle])):

@@ -20,6 +20,7 @@ from .options import (
     Quick,
     Rounds,
     Seconds,
+    check_counts,
     check_files,
     check_names,
     progress_bar,
@@ -92,9 +93,9 @@ def growth(
     preset = GrowthPreset.of(
         quick,
         scenes=check_names("--scene", "scene", scene, NAMES),
-        sizes=None if sizes is None else tuple(sorted(_counts("--sizes", sizes, MAX_SEGMENTS, "10000,100000"))),
+        sizes=None if sizes is None else tuple(sorted(check_counts("--sizes", sizes, MAX_SEGMENTS, "10000,100000"))),
         radius=radius,
-        threads=_counts("--threads", threads, MAX_THREADS, "1,2"),
+        threads=check_counts("--threads", threads, MAX_THREADS, "1,2"),
         n_rays=n_rays,
         seconds=seconds,
         rounds=rounds,
@@ -104,16 +105,3 @@ def growth(
     print_growth(result)
     write_json(json_file, result.to_json())
     write_plot(plot, draw_growth, result)
-
-
-def _counts(option: str, text: str, most: int, such: str) -> tuple[int, ...]:
-    """Return the distinct whole numbers of a comma-separated list."""
-    found = []
-    for part in text.split(","):
-        if not (part.isascii() and part.isdigit() and len(part) < 20 and 1 <= int(part) <= most):
-            shown = part if len(part) < 100 else part[:100] + "…"
-            raise InputError(
-                f"{option} {shown!r} is not a whole number from 1 to {most}; expected one or more, such as {such}"
-            )
-        found.append(int(part))
-    return tuple(dict.fromkeys(found))

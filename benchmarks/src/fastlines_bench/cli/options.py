@@ -122,6 +122,19 @@ def check_names(option: str, what: str, texts: list[str] | None, known: Iterable
     return tuple(dict.fromkeys(names))
 
 
+def check_counts(option: str, text: str, most: int, such: str) -> tuple[int, ...]:
+    """Return the distinct whole numbers of a comma-separated list."""
+    found = []
+    for part in text.split(","):
+        if not (part.isascii() and part.isdigit() and len(part) < 20 and 1 <= int(part) <= most):
+            shown = part if len(part) < 100 else part[:100] + "…"
+            raise InputError(
+                f"{option} {shown!r} is not a whole number from 1 to {most}; expected one or more, such as {such}"
+            )
+        found.append(int(part))
+    return tuple(dict.fromkeys(found))
+
+
 @contextmanager
 def progress_bar() -> Iterator[Callable[[str, float], None]]:
     """Yield a function that shows the progress on a terminal, or that does nothing without one."""

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import statistics
 import time
-from collections.abc import Callable
-from typing import TypeVar
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, TypeVar
 
 Result = TypeVar("Result")
 
@@ -38,6 +39,30 @@ def best_in_turn(rounds: int, *calls: Callable[[], tuple[Result, float]]) -> lis
     """
     found = [[call() for call in calls] for _ in range(rounds)]
     return [(min(seconds for _, seconds in each), each[-1][0]) for each in zip(*found, strict=True)]
+
+
+def take_turns(
+    rounds: int, sides: Mapping[str, Callable[[], Any]], now: Callable[[], float]
+) -> tuple[dict[str, list[float]], dict[str, Any]]:
+    """Call all sides in turn, several times; return the seconds of each round, and the last answers, by side."""
+    seconds: dict[str, list[float]] = {name: [] for name in sides}
+    answers = dict.fromkeys(sides)
+    for _ in range(rounds):
+        for name, do in sides.items():
+            answers[name], took = timed(do, now)()
+            seconds[name].append(max(took, 1e-9))
+    return seconds, answers
+
+
+def median_ratio(slower: Sequence[float], faster: Sequence[float]) -> float:
+    """Return the median, over rounds, of the seconds of one side divided by those of the other.
+
+    Examples
+    --------
+    >>> median_ratio([2.0, 40.0, 6.0], [1.0, 10.0, 2.0])
+    3.0
+    """
+    return statistics.median(a / b for a, b in zip(slower, faster, strict=True))
 
 
 def timed(do: Callable[[], Result], now: Callable[[], float] = time.perf_counter) -> Callable[[], tuple[Result, float]]:

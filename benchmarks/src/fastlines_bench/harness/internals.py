@@ -13,8 +13,11 @@ from fastlines.cuda.device import Device as CudaDevice
 from fastlines.cuda.program import TUNING
 from fastlines.cuda.scene import scene_of
 from fastlines.cuda.scene import upload as upload_scene
+from fastlines.engines import engine as compiled_engine
 from fastlines.engines import use_engine
 from fastlines.errors import FastlinesError
+from fastlines.query.proximity.pair_query import check_pairs
+from fastlines.query.proximity.strand_places import StrandPlaces
 from fastlines.query.queries import check_query
 from fastlines.query.ray_arguments import RayArguments
 from fastlines.rendering.color.tone import filmic, srgb, to_bytes
@@ -61,11 +64,14 @@ __all__ = [
     "Rig",
     "ShadingContext",
     "Sky",
+    "StrandPlaces",
     "Surfaces",
     "atomic_write",
     "best_settings",
     "check_output",
+    "check_pairs",
     "check_query",
+    "compiled_engine",
     "cuda_device",
     "cuda_program",
     "describe_machine",

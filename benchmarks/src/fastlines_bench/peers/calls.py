@@ -6,7 +6,6 @@ The loops over rays are compiled on first use against the installed library.
 from __future__ import annotations
 
 import ctypes
-import shutil
 import subprocess
 import sys
 import tempfile
@@ -22,6 +21,7 @@ import fastlines as fl
 
 from ..harness.arrays import FloatArray
 from ..harness.rays import RayBatch
+from .compiled import compile_loops
 
 #: The interfaces, by the end of the names of their loops.
 INTERFACES = {"C++": "cpp", "C": "c"}
@@ -75,30 +75,10 @@ class AllHits:
 @cache
 def _loops() -> ctypes.CDLL:
     """Compile and load the loops over rays."""
-    compiler = shutil.which("g++") or shutil.which("c++")
-    if compiler is None:
-        raise fl.FastlinesError("calls from C++ need a compiler: install g++")
     flags = subprocess.run([sys.executable, "-m", "fastlines", "--cflags", "--libs"], capture_output=True, text=True)
     if flags.returncode:
         raise fl.FastlinesError(flags.stderr.strip())
-    with tempfile.TemporaryDirectory() as folder:
-        library = Path(folder) / "calls.so"
-        source = Path(__file__).with_suffix(".cpp")
-        command = [
-            compiler,
-            "-std=c++20",
-            "-O2",
-            "-shared",
-            "-fPIC",
-            str(source),
-            *flags.stdout.split(),
-            "-o",
-            str(library),
-        ]
-        done = subprocess.run(command, capture_output=True, text=True)
-        if done.returncode:
-            raise fl.FastlinesError(f"the loops over rays cannot be compiled: {done.stderr.strip()[-500:]}")
-        loops = ctypes.CDLL(str(library))
+    loops = compile_loops(Path(__file__).with_suffix(".cpp"), "calls from C++", "-O2", *flags.stdout.split())
     loops.calls_load.restype = loops.calls_all_cpp.restype = loops.calls_all_c.restype = ctypes.c_void_p
     loops.calls_hits.restype = ctypes.c_size_t
     return loops

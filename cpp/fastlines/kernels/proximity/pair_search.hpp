@@ -2,9 +2,11 @@
 //
 // Each block of up to 16 pieces of the first set searches the tree of the second one, as a box grown by the radius. In
 // each leaf that it reaches, it culls 16 pieces at a time (piece_block.hpp). Pairs that survive wait until there are 16
-// of them for the exact test, which reads the primitives themselves. In a self-join, each pair of leaves is visited
-// once. A pair is reported by the pieces that own its places, so once; shapes have no pieces, and the list of pairs
-// drops what is repeated.
+// of them for the exact test, which reads the primitives themselves. A pair is reported by the pieces that own its
+// places, so once. In a self-join, each pair of leaves is visited once.
+//
+// Leaves of shapes list whole ones, and several leaves may list the same. Then a shape searches from the first leaf
+// that lists it, and notes which others it has met.
 //
 // The search computes in the frame of the query. Boxes grow by the rounding of the exact test, by the overhang of both
 // trees, and by a fraction of the radii.
@@ -15,6 +17,7 @@
 
 #include "../../primitives/pair_test.hpp"
 #include "../../query/proximity/pair_list.hpp"
+#include "../../query/visited_set.hpp"
 #include "../../rays/hit_order.hpp"
 #include "piece_block.hpp"
 
@@ -40,6 +43,13 @@ class PairSearch {
         radius_(query.frame_radius()),
         radius2_(radius_ * radius_),
         to_scene_(1.0f / query.frame.scale) {
+    if (repeats(query.first, first)) {
+      first_leaf_.assign(query.first.n_rows, kNoLeaf);
+      for (std::size_t leaf = first.leaves.size(); leaf-- > 0;)
+        for (std::uint32_t i = 0; i < first.leaves[leaf].n_refs; ++i)
+          first_leaf_[first.refs[first.leaves[leaf].first_ref + i].prim] = std::uint32_t(leaf);
+    }
+    second_repeats_ = repeats(query.second, second);
     // What is farther apart than this passes anyway.
     constexpr float most = 1e15f;
     reach_ = std::min(radius_, most) * kGrow + kRounding + first.frame.overhang * change_.scale +
@@ -60,7 +70,15 @@ class PairSearch {
  private:
   /// The rounding of the exact test; and a factor that covers that of radii.
   static constexpr float kRounding = 4 * 0x1p-20f, kGrow = 1.0f + 0x1p-18f;
-  static constexpr std::uint32_t kNoRef = ~0u;
+  static constexpr std::uint32_t kNoRef = ~0u, kNoLeaf = ~0u;
+
+  /// Whether several leaves list the same whole primitives.
+  static bool repeats(const AxisSet& set, const PairTree& tree) {
+    return set.lists_whole && tree.refs.size() > set.n_rows;
+  }
+
+  /// Whether a search from each of two primitives meets the other one. In a self-join, that of the first one counts.
+  bool meets_twice() const { return query_.has_range() || !first_leaf_.empty(); }
 
   std::size_t n_blocks() const {
     if (!first_.leaves.empty()) return first_.leaves.size();
@@ -109,15 +127,7 @@ class PairSearch {
     };
 
     void search(PieceBlock& block, std::uint32_t n) {
-      if (query_.has_range()) {
-        // Leave out pieces that cannot be the first of a pair.
-        for (int lane = 0; lane < kSimdWidth; ++lane) {
-          const auto piece = std::uint32_t(piece_of_lane(lane));
-          if (piece >= n) continue;
-          const std::int64_t prim = query_.first.owner_of(pieces_[piece].prim);
-          if (prim < query_.begin || prim >= query_.end) block.lanes &= ~(1u << lane);
-        }
-      }
+      if (search_.meets_twice()) keep_first(block, n);
       if (block.lanes == 0) return;
       if (!surface) block.radius = 0.0f;
       const PieceArrays arrays(block);
@@ -127,6 +137,7 @@ class PairSearch {
         box_.high[k] = reduce_max(block.high[k]);
       }
       stack_.assign(1, 0);
+      if (search_.second_repeats_) met_.clear();
       while (!stack_.empty()) {
         const WideNode& node = search_.second_.nodes[stack_.back()];
         stack_.pop_back();
@@ -138,6 +149,17 @@ class PairSearch {
           else
             visit(block, arrays, node, child, reach);
         }
+      }
+    }
+
+    /// Keep the pieces that can be the first of a pair, and that no leaf before has listed as a whole.
+    void keep_first(PieceBlock& block, std::uint32_t n) const {
+      for (int lane = 0; lane < kSimdWidth; ++lane) {
+        const auto piece = std::uint32_t(piece_of_lane(lane));
+        if (piece >= n) continue;
+        const std::uint32_t row = pieces_[piece].prim;
+        const bool is_first = search_.first_leaf_.empty() || search_.first_leaf_[row] == block_;
+        if (!is_first || !query_.is_first(row)) block.lanes &= ~(1u << lane);
       }
     }
 
@@ -158,7 +180,7 @@ class PairSearch {
     /// Cull the pairs of a block and a leaf of the second tree.
     void visit(const PieceBlock& block, const PieceArrays& arrays, const WideNode& node, int child, float reach) {
       const std::uint32_t index = node.first_leaf + std::uint32_t(child - node.n_inner);
-      const bool once = query_.is_self && !query_.has_range();
+      const bool once = query_.is_self && !search_.meets_twice();
       if (once && index < block_) return;
       const WideLeaf& leaf = search_.second_.leaves[index];
       const FrameChange& change = search_.second_change_;
@@ -202,10 +224,14 @@ class PairSearch {
         const std::uint32_t ref = leaf.first_ref + std::uint32_t(piece_of_lane(std::countr_zero(lanes)));
         Candidate next{piece.prim, refs[ref].prim, piece.ref, ref};
         if (query_.is_self && next.i >= next.j) {
-          if (next.i == next.j || query_.has_range()) continue;
+          if (next.i == next.j || search_.meets_twice()) continue;
           next = {next.j, next.i, next.ref_j, next.ref_i};
         }
         if (!query_.counts(next.i, next.j)) continue;
+        if (search_.second_repeats_) {
+          met_.reserve(1);
+          if (!met_.insert(std::uint64_t(piece.prim) << 32 | refs[ref].prim)) continue;
+        }
         __builtin_prefetch(query_.first.row(next.i));
         __builtin_prefetch(query_.second.row(next.j));
         candidates_[n_candidates_++] = next;
@@ -266,6 +292,7 @@ class PairSearch {
     SearchBox box_;
     Piece pieces_[kSimdWidth];
     std::vector<std::uint32_t> stack_;
+    VisitedSetOf<std::uint64_t> met_;  // the pairs that the block has met, if leaves repeat primitives
     std::uint32_t n_candidates_ = 0;
     Candidate candidates_[kMaxCandidates];
   };
@@ -274,6 +301,8 @@ class PairSearch {
   const PairTree first_, second_;
   FrameChange change_, second_change_;  // of both trees
   float radius_, radius2_, to_scene_, reach_;
+  std::vector<std::uint32_t> first_leaf_;  // of each primitive of the first tree, if its leaves repeat them
+  bool second_repeats_;
 };
 
 }  // namespace fastlines

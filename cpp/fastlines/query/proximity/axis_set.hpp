@@ -20,6 +20,7 @@ struct AxisSet {
   std::size_t stride = 0;  ///< floats of an item
   std::size_t n_rows = 0;
   bool has_radius = false;
+  bool lists_whole = false;             ///< whether leaves list whole primitives, not pieces of axes
   std::span<const std::int64_t> owner;  ///< the primitive of each row, rising; empty if each row is one
 
   const float* row(std::uint32_t i) const { return floats + i * stride; }
@@ -59,8 +60,12 @@ struct AxisSet {
 template <RayPrimitive P>
 AxisSet axes_of(const P& prims, std::span<const std::int64_t> owner = {}) {
   static_assert(AxisPrimitive<P> || MixedPrimitive<P>);
-  return {reinterpret_cast<const float*>(prims.items()), sizeof(typename P::Item) / sizeof(float), prims.size(),
-          kHasRadius<P>, owner};
+  return {reinterpret_cast<const float*>(prims.items()),
+          sizeof(typename P::Item) / sizeof(float),
+          prims.size(),
+          kHasRadius<P>,
+          MixedPrimitive<P>,
+          owner};
 }
 
 }  // namespace fastlines

@@ -47,11 +47,13 @@ struct PairQuery {
   bool has_pieces() const { return !first.owner.empty() || !second.owner.empty(); }
   float frame_radius() const { return radius * frame.scale; }
 
+  /// Whether a row can be the first of a pair.
+  bool is_first(std::uint32_t i) const { return begin <= first.owner_of(i) && first.owner_of(i) < end; }
+
   /// Whether a pair of rows counts, whatever its distance is. In a self-join i < j.
   bool counts(std::uint32_t i, std::uint32_t j) const {
-    const std::int64_t prim = first.owner_of(i);
-    if (prim < begin || prim >= end) return false;
-    return !is_self || (prim != second.owner_of(j) && !neighbours.has(i, j));
+    if (!is_first(i)) return false;
+    return !is_self || (first.owner_of(i) != second.owner_of(j) && !neighbours.has(i, j));
   }
 };
 

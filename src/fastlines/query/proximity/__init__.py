@@ -1,1 +1,1 @@
-"""Queries about points: the nearest primitives, and those within a radius."""
+"""Queries besides rays: the primitives near points, and those in boxes."""

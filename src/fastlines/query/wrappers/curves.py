@@ -62,6 +62,10 @@ class CurveBackend:
         """See `Backend`."""
         return count_by_listing(rays, lambda some: self.list_hits(some, False, None, False, None), progress)
 
+    def count_candidates(self, rays: RayBatch, progress: ProgressCallback | None) -> IntArray:
+        """See `Backend`; these are the pieces that each ray hits."""
+        return self.pieces.backend.count_candidates(rays, progress)
+
     def list_hits(
         self, rays: RayBatch, surface: bool, k: int | None, by_distance: bool, progress: ProgressCallback | None
     ) -> HitLists:

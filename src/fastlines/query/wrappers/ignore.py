@@ -53,6 +53,10 @@ class IgnoringBackend:
         """See `Backend`."""
         return count_by_listing(rays, lambda some: self.list_hits(some, False, None, False, None), progress)
 
+    def count_candidates(self, rays: RayBatch, progress: ProgressCallback | None) -> IntArray:
+        """See `Backend`; what is left out counts."""
+        return self.all.count_candidates(rays, progress)
+
     def list_hits(
         self, rays: RayBatch, surface: bool, k: int | None, by_distance: bool, progress: ProgressCallback | None
     ) -> HitLists:

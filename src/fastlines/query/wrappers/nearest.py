@@ -49,6 +49,10 @@ class NearestBackend:
         """See `Backend`."""
         return self.all.count_hits(rays, progress)
 
+    def count_candidates(self, rays: RayBatch, progress: ProgressCallback | None) -> IntArray:
+        """See `Backend`."""
+        return self.all.count_candidates(rays, progress)
+
     def list_hits(
         self, rays: RayBatch, surface: bool, k: int | None, by_distance: bool, progress: ProgressCallback | None
     ) -> HitLists:

@@ -83,6 +83,10 @@ class UserBackend:
             counts.append(np.bincount(ray, minlength=rows.stop - rows.start))
         return np.concatenate(counts)
 
+    def count_candidates(self, rays: RayBatch, progress: ProgressCallback | None) -> IntArray:
+        """See `Backend`; these are the boxes that each ray meets."""
+        return self.count_hits(rays, progress) if self.boxes is None else self.boxes.count_candidates(rays, progress)
+
     def list_hits(
         self, rays: RayBatch, surface: bool, k: int | None, by_distance: bool, progress: ProgressCallback | None
     ) -> HitLists:
