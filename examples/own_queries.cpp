@@ -1,4 +1,5 @@
-// Queries of your own: a function that the traversal of one ray calls for each hit. Brute force gives the same answers.
+// Queries of your own: a function that the traversal calls for each hit of a ray, or for each line near a point. Brute
+// force gives the same answers.
 //
 //     g++ -std=c++20 -O2 -mavx2 -mfma -mbmi -mbmi2 -ffp-contract=off -pthread -I cpp examples/own_queries.cpp &&
 //     ./a.out
@@ -41,6 +42,26 @@ Hit first_visible(const LineTree& tree, const Ray& ray, const std::vector<bool>&
   };
   traverse(tree, ray, visit, first.at);
   return first.hit();
+}
+
+/// The number of visible lines within a radius of a point.
+std::size_t count_visible(const LineTree& tree, const double* at, float radius, const std::vector<bool>& is_hidden) {
+  std::size_t n = 0;
+  const PointQuery point = prepare_point(at, radius, /*surface=*/false, tree.frame);
+  traverse_near(tree, point, [&](const Neighbour& found, const Reference& piece, float&) {
+    n += owns(piece.s0, piece.s1, found.s) && !is_hidden[piece.prim];
+  });
+  return n;
+}
+
+/// The same by brute force.
+std::size_t count_all(const Segments& prims, const LineTree& tree, const double* at, float radius,
+                      const std::vector<bool>& is_hidden) {
+  const PointQuery point = prepare_point(at, radius, /*surface=*/false, tree.frame);
+  std::size_t n = 0;
+  for (std::uint32_t i = 0; i < prims.size(); ++i)
+    n += !is_hidden[i] && nearest_point<Segments>(point, point_fields_of<Segments>(prims.item(i), tree.frame)).within;
+  return n;
 }
 
 /// Short lines in a cube.
@@ -88,9 +109,11 @@ int main() {
     for (auto hit = at_surface.rbegin(); hit != at_surface.rend(); ++hit)
       if (!is_hidden[std::size_t(hit->prim)]) visible = *hit;
 
+    const double point[] = {direction[0], direction[1], 0.0};
     const Hit found = first_visible(view, ray, is_hidden);
     n_equal += least_distance(view, ray) == least && hits_at_least(view, ray, 3) == (all.size() >= 3) &&
-               found.prim == visible.prim && found.t == visible.t;
+               found.prim == visible.prim && found.t == visible.t &&
+               count_visible(view, point, 0.1f, is_hidden) == count_all(prims, view, point, 0.1f, is_hidden);
     n_hit += found.prim >= 0;
   }
   std::printf("%d of %d rays hit a visible line, and the answers of %d are those of brute force\n", n_hit, side * side,

@@ -53,7 +53,9 @@ def test_headers_are_those_of_the_cpp_tests(name: str) -> None:
 
 
 def test_queries_are_those_of_the_example() -> None:
-    assert block("cpp", "float least_distance(") in (ROOT / "examples" / "own_queries.cpp").read_text(encoding="utf-8")
+    example = (ROOT / "examples" / "own_queries.cpp").read_text(encoding="utf-8")
+    for query in ("float least_distance(", "std::size_t count_visible("):
+        assert block("cpp", query) in example
 
 
 @pytest.mark.parametrize("end", [b"\n", b"\r\n"])

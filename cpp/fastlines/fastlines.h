@@ -49,6 +49,12 @@ typedef enum fl_at {
   FL_SURFACE = 1  /* Where the ray enters the surface around the line. */
 } fl_at;
 
+/* What the distance to a line is to. It makes no difference for lines without a radius. */
+typedef enum fl_to {
+  FL_TO_SURFACE = 0, /* To the surface. It is negative inside, where the deepest line is the nearest one. */
+  FL_TO_AXIS = 1     /* To the axis. */
+} fl_to;
+
 /* What the hits of a ray are ranked by. */
 typedef enum fl_rank {
   FL_BY_T = 0,       /* Their place on the ray. */
@@ -110,6 +116,47 @@ typedef struct fl_rays {
   size_t n_ignore_strands;       /* Their number. */
 } fl_rays;
 
+/* A point, in double and in the caller's coordinates: queries subtract the offset of the tree from it. */
+typedef struct fl_point {
+  double position[3];            /* Its coordinates. */
+  const int64_t* ignore;         /* The lines that queries leave out, as if they were not there; -1 names none. */
+  size_t n_ignore;               /* Their number. */
+  const int64_t* ignore_strands; /* The strands that queries leave out. */
+  size_t n_ignore_strands;       /* Their number. */
+} fl_point;
+
+/* A line near a point. */
+typedef struct fl_near_line {
+  float distance; /* The distance of the line from the point, to its axis or to its surface. */
+  float u;        /* The place on the line that is nearest: 0 at its start, 1 at its end. */
+  int64_t prim;   /* The index of the line. */
+} fl_near_line;
+
+/* A batch of points. Set the members that you do not need to 0. */
+typedef struct fl_points {
+  size_t n;                /* The number of points. */
+  const double* positions; /* The coordinates, 3 doubles each. */
+  const float*
+      radii; /* The radius, or the largest distance, of each point. NULL: the argument of the call is for all. */
+  fl_to to;  /* What distances are to. */
+  unsigned n_threads;            /* The number of threads; 0 means one for each core. Short batches take one. */
+  const int64_t* ignore;         /* The lines that queries leave out for all points; -1 names none. */
+  size_t n_ignore;               /* Their number. */
+  const int64_t* ignore_strands; /* The strands that queries leave out for all points. */
+  size_t n_ignore_strands;       /* Their number. */
+} fl_points;
+
+/* Which pairs `fl_find_pairs` finds. All members that are 0 are at their defaults. */
+typedef struct fl_pair_options {
+  fl_to to;                /* What distances are between. Surfaces count if the lines of either tree have a radius. */
+  int has_skip_neighbours; /* Whether `skip_neighbours` counts; without it, 1 does. */
+  size_t skip_neighbours;  /* Pairs of one strand are left out if their positions along it differ by at most this. */
+  int skip_strand;         /* Whether all pairs of one strand are left out. It is for one tree. */
+  unsigned n_threads;      /* The number of threads; 0 means one for each core. */
+  fl_progress progress;    /* It is called during the query. It may be NULL. */
+  void* user_data;         /* It is passed to the callback. */
+} fl_pair_options;
+
 /* Properties of a tree. */
 typedef struct fl_facts {
   size_t n_prims;        /* The number of lines. */
@@ -134,6 +181,10 @@ typedef struct fl_place {
 typedef struct fl_tree fl_tree;
 /* The hits of many rays. */
 typedef struct fl_hit_lists fl_hit_lists;
+/* The lines within a radius of many points. */
+typedef struct fl_near_lists fl_near_lists;
+/* Pairs of lines. */
+typedef struct fl_pairs fl_pairs;
 
 /* Returns the version of the library, such as "0.1.0". */
 FASTLINES_API const char* fl_version(void);
@@ -220,6 +271,63 @@ typedef struct fl_list_arrays {
 FASTLINES_API fl_list_arrays fl_get_lists(const fl_hit_lists* lists);
 /* Frees lists. They may be NULL. */
 FASTLINES_API void fl_free_lists(fl_hit_lists* lists);
+
+/* Writes the k nearest lines of a point that are at most `max_distance` away, by their distance and then by their
+   index. Sets `n` to their number, which is less than k if there are fewer. `lines` has room for k. */
+FASTLINES_API fl_status fl_nearest(const fl_tree* tree, const fl_point* point, float max_distance, fl_to to, size_t k,
+                                   fl_near_line* lines, size_t* n);
+/* Writes the lines within a radius of a point in the same order, but no more than `room`. Sets `n` to the number of all
+   of them, which may be more. */
+FASTLINES_API fl_status fl_within(const fl_tree* tree, const fl_point* point, float radius, fl_to to,
+                                  fl_near_line* lines, size_t room, size_t* n);
+/* Counts the lines within a radius of a point. */
+FASTLINES_API fl_status fl_count_within(const fl_tree* tree, const fl_point* point, float radius, fl_to to, size_t* n);
+
+/* Finds the point of a line near a point that is nearest to it, in the caller's coordinates: that of the surface, or of
+   the axis. `place` has room for its 3 coordinates. */
+FASTLINES_API fl_status fl_get_near_place(const fl_tree* tree, const fl_point* point, const fl_near_line* line,
+                                          fl_to to, double* place);
+
+/* Finds the k nearest lines of each point that are at most `max_distance` away. Each array has room for k numbers for
+   each point, or is NULL if it is not wanted. Where there are fewer lines, the rest are infinity, -1 and 0. */
+FASTLINES_API fl_status fl_nearest_batch(const fl_tree* tree, const fl_points* points, float max_distance, size_t k,
+                                         float* distance, int64_t* prim, float* u);
+/* Counts the lines within a radius of each point. */
+FASTLINES_API fl_status fl_count_within_batch(const fl_tree* tree, const fl_points* points, float radius, int64_t* n);
+/* Lists the lines within a radius of each point. */
+FASTLINES_API fl_status fl_list_within(const fl_tree* tree, const fl_points* points, float radius,
+                                       fl_near_lists** lists);
+/* The arrays of lists of lines. They are valid until the lists are freed. */
+typedef struct fl_near_arrays {
+  size_t n_points;        /* The number of points. */
+  size_t n_lines;         /* The number of lines of all points. */
+  const int64_t* offsets; /* The lines of point i are those from `offsets[i]` up to `offsets[i + 1]`. */
+  const float* distance;  /* The distances of the lines. */
+  const int64_t* prim;    /* The indices of the lines. */
+  const float* u;         /* The places on the lines. */
+} fl_near_arrays;
+/* Returns the arrays of lists. */
+FASTLINES_API fl_near_arrays fl_get_near_lists(const fl_near_lists* lists);
+/* Frees lists. They may be NULL. */
+FASTLINES_API void fl_free_near_lists(fl_near_lists* lists);
+
+/* Finds all pairs of a line of the first tree and a line of the second one whose distance is at most the radius. If
+   `second` is NULL, they are the pairs of one tree. `options` may be NULL. */
+FASTLINES_API fl_status fl_find_pairs(const fl_tree* first, const fl_tree* second, float radius,
+                                      const fl_pair_options* options, fl_pairs** pairs);
+/* The arrays of pairs, sorted by i and then by j. They are valid until the pairs are freed. */
+typedef struct fl_pair_arrays {
+  size_t n;              /* The number of pairs. */
+  const int64_t* i;      /* The indices of the first lines. In pairs of one tree, i < j. */
+  const int64_t* j;      /* The indices of the second lines. */
+  const float* s;        /* The places on the first lines where they are nearest. */
+  const float* t;        /* The places on the second lines. */
+  const float* distance; /* How far these places are from each other; less both radii there with `FL_TO_SURFACE`. */
+} fl_pair_arrays;
+/* Returns the arrays of pairs. */
+FASTLINES_API fl_pair_arrays fl_get_pairs(const fl_pairs* pairs);
+/* Frees pairs. They may be NULL. */
+FASTLINES_API void fl_free_pairs(fl_pairs* pairs);
 
 #ifdef __cplusplus
 }

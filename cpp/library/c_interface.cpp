@@ -1,23 +1,20 @@
-// The C interface: each function calls the C++ one, and turns exceptions into a status and a message.
-#include <cstring>
-#include <new>
-
-#include "fastlines/api/tree.hpp"
-#include "fastlines/fastlines.h"
+// The C interface: trees, rays and hits.
+#include "c_calls.hpp"
 #include "thread_hits.hpp"
 
-struct fl_tree {
-  fl::Tree tree;
-};
 struct fl_hit_lists {
   fl::HitLists lists;
 };
+
+using namespace fl::detail;
 
 namespace {
 
 thread_local std::string message;
 
-fl_status fail(fl_status status, const char* what) {
+}  // namespace
+
+fl_status fl::detail::fail(fl_status status, const char* what) {
   try {
     message = what;
   } catch (const std::bad_alloc&) {
@@ -26,30 +23,7 @@ fl_status fail(fl_status status, const char* what) {
   return status;
 }
 
-/// Calls call() and returns its status.
-template <class Call>
-fl_status guarded(Call&& call) noexcept {
-  try {
-    call();
-    return FL_OK;
-  } catch (const fl::InputError& error) {
-    return fail(FL_INPUT_ERROR, error.what());
-  } catch (const fl::FileError& error) {
-    return fail(FL_FILE_ERROR, error.what());
-  } catch (const fl::Cancelled& error) {
-    return fail(FL_CANCELLED, error.what());
-  } catch (const std::bad_alloc&) {
-    return fail(FL_NO_MEMORY, "there is not enough memory");
-  } catch (const std::exception& error) {
-    return fail(FL_OTHER_ERROR, error.what());
-  } catch (...) {
-    return fail(FL_OTHER_ERROR, "an unknown error");
-  }
-}
-
-void require(const void* pointer, const char* name) {
-  if (!pointer) throw fl::InputError(std::string(name) + " is NULL; expected a pointer");
-}
+namespace {
 
 fl::Vec3 vector_of(const float (&v)[3]) { return {v[0], v[1], v[2]}; }
 fl::Ray ray_of(const fl_ray& given) {
@@ -112,12 +86,6 @@ struct Batch {
     options.n_threads = given->n_threads;
   }
 };
-
-/// Copies a column, if the caller wants it.
-template <class T>
-void copy_if(std::span<const T> from, T* to) {
-  if (to && !from.empty()) std::memcpy(to, from.data(), from.size_bytes());
-}
 
 /// Copies a name, and cuts off what does not fit.
 template <std::size_t n>

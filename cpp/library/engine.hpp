@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "fastlines/api/tree.hpp"
+#include "near_queries.hpp"
 
 namespace fl::detail {
 
@@ -70,6 +71,8 @@ class TreeImpl {
   /// All hits, or the first k; nothing if there are more than `max_hits`.
   virtual std::optional<HitLists> list_hits(const Rays& rays, const PerRay& radius, std::optional<std::size_t> k,
                                             const QueryOptions& options, std::size_t max_hits) const = 0;
+
+  virtual const NearQueries& near_queries() const = 0;
 
   /// The same tree over lines that have moved. Throws InputError if they are not as many, or of the other kind.
   virtual std::shared_ptr<const TreeImpl> refit(std::span<const Segment> lines, unsigned n_threads) const = 0;

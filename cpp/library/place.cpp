@@ -28,6 +28,14 @@ Vec3d unit(const Vec3d& v) {
   return {v.x / length + 0.0, v.y / length + 0.0, v.z / length + 0.0};
 }
 
+/// A vector across one of length one, and any for NaN: as `perpendicular` in Python's geometry/hit_places.py.
+Vec3d across(const Vec3d& v) {
+  if (std::isnan(v.x)) return across({0, 0, 1});
+  const double x = std::fabs(v.x), y = std::fabs(v.y), z = std::fabs(v.z);
+  const Vec3d least = x <= y && x <= z ? Vec3d{1, 0, 0} : y <= z ? Vec3d{0, 1, 0} : Vec3d{0, 0, 1};
+  return cross(v, least);
+}
+
 /// A round cone in double: its radius is radius + s·slope at start + s·edge.
 struct Cone {
   Vec3d start, edge;
@@ -101,6 +109,14 @@ Place place_of(const RoundCone& line, const Ray& ray, float radius, const Hit& h
   const Vec3d normal = unit(is_centre ? -1.0 * direction : away);
   const double distance = kOutside * (scene_size + std::fmax(line.radius_p, line.radius_q) + radius);
   return {point, normal, tangent, point + distance * normal};
+}
+
+Vec3d place_near(const RoundCone& line, const Vec3d& point, double u, bool surface) {
+  const Vec3d start = in_double(line.p), edge = in_double(line.q) - start, axis = start + u * edge;
+  if (!surface) return axis;
+  Vec3d away = point - axis;
+  if (away.x == 0 && away.y == 0 && away.z == 0) away = across(unit(edge));
+  return axis + ((1 - u) * line.radius_p + u * line.radius_q) * unit(away);
 }
 
 Place place_of_miss() {

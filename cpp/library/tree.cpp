@@ -14,6 +14,7 @@ InputError::~InputError() = default;
 FileError::~FileError() = default;
 Cancelled::~Cancelled() = default;
 detail::TreeImpl::~TreeImpl() = default;
+detail::NearQueries::~NearQueries() = default;
 
 void detail::TreeOrigin::be_tight() {
   if (!is_cut) return;
@@ -119,6 +120,52 @@ void Tree::all_hits(const Rays& rays, const PerRay& radius, const Sink& sink, co
   }
 }
 
+NearLine Tree::nearest(const Point& point, float max_distance, To to) const {
+  return impl_->near_queries().nearest(point, max_distance, to);
+}
+void Tree::k_nearest(const Point& point, std::size_t k, std::vector<NearLine>& lines, float max_distance, To to) const {
+  impl_->near_queries().k_nearest(point, k, max_distance, to, lines);
+}
+void Tree::within(const Point& point, float radius, std::vector<NearLine>& lines, To to) const {
+  impl_->near_queries().within(point, radius, to, lines);
+}
+std::size_t Tree::count_within(const Point& point, float radius, To to) const {
+  return impl_->near_queries().count_within(point, radius, to);
+}
+std::vector<NearLine> Tree::k_nearest(const Point& point, std::size_t k, float max_distance, To to) const {
+  std::vector<NearLine> lines;
+  k_nearest(point, k, lines, max_distance, to);
+  return lines;
+}
+std::vector<NearLine> Tree::within(const Point& point, float radius, To to) const {
+  std::vector<NearLine> lines;
+  within(point, radius, lines, to);
+  return lines;
+}
+
+NearLines Tree::nearest(const Points& points, const PerPoint& max_distance, const PointOptions& options) const {
+  return impl_->near_queries().k_nearest(points, 1, max_distance, options);
+}
+NearLines Tree::k_nearest(const Points& points, std::size_t k, const PerPoint& max_distance,
+                          const PointOptions& options) const {
+  return impl_->near_queries().k_nearest(points, k, max_distance, options);
+}
+NearLists Tree::within(const Points& points, const PerPoint& radius, const PointOptions& options) const {
+  return impl_->near_queries().within(points, radius, options);
+}
+std::vector<std::int64_t> Tree::count_within(const Points& points, const PerPoint& radius,
+                                             const PointOptions& options) const {
+  return impl_->near_queries().count_within(points, radius, options);
+}
+
+Pairs Tree::pairs(float radius, const PairOptions& options) const {
+  const detail::StrandPlaces places = detail::strand_places(strands(), segments(), round_cones());
+  return impl_->near_queries().pairs(radius, nullptr, places, options);
+}
+Pairs Tree::pairs(float radius, const Tree& other, const PairOptions& options) const {
+  return impl_->near_queries().pairs(radius, &other.impl_->near_queries(), {}, options);
+}
+
 std::size_t Tree::size() const { return impl_->size(); }
 std::span<const Segment> Tree::segments() const { return impl_->arrays().segments; }
 std::span<const RoundCone> Tree::round_cones() const { return impl_->arrays().cones; }
@@ -135,6 +182,14 @@ std::span<const std::int64_t> Tree::strands() const { return impl_->origin().str
 Vec3d Tree::offset() const { return impl_->origin().offset; }
 Place Tree::place(const Ray& ray, float radius, const Hit& hit) const {
   return hit ? detail::place_of(line(hit.prim), ray, radius, hit, impl_->scene_size()) : detail::place_of_miss();
+}
+Vec3d Tree::place(const Point& point, const NearLine& found, To to) const {
+  if (!found) return detail::place_of_miss().point;
+  const auto [x, y, z] = offset();
+  const Vec3d at{point.position.x - x, point.position.y - y, point.position.z - z};
+  const bool surface = to == To::surface && !round_cones().empty();
+  const Vec3d place = detail::place_near(line(found.prim), at, found.u, surface);
+  return {place.x + x, place.y + y, place.z + z};
 }
 TreeFacts Tree::facts() const { return impl_->facts(); }
 void Tree::save(const std::string& path) const { detail::write_tree(*impl_, path); }

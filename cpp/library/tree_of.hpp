@@ -3,6 +3,7 @@
 
 #include <mutex>
 
+#include "core_values.hpp"
 #include "engine.hpp"
 #include "engine/layout_queries.hpp"
 #include "engine/trees.hpp"
@@ -12,24 +13,12 @@
 #include "fastlines/tree/cost.hpp"
 #include "hit_arrays.hpp"
 #include "line_input.hpp"
+#include "near_queries_of.hpp"
 #include "ray_limits.hpp"
 #include "special_rays.hpp"
 #include "watch.hpp"
 
 namespace fl::detail {
-
-inline fastlines::Vec3 core_vector(const Vec3& v) { return {v.x, v.y, v.z}; }
-inline Vec3 vector_of(const fastlines::Vec3& v) { return {v[0], v[1], v[2]}; }
-inline fastlines::At core_at(At at) { return at == At::surface ? fastlines::At::surface : fastlines::At::closest; }
-inline fastlines::Keep core_keep(Rank rank) {
-  return rank == Rank::distance ? fastlines::Keep::nearest : fastlines::Keep::first;
-}
-inline fastlines::Kernel core_kernel(QueryOptions::Kernel kernel) {
-  using enum fastlines::Kernel;
-  constexpr fastlines::Kernel kernels[] = {automatic, single, wave, bundle};
-  return kernels[int(kernel)];
-}
-inline Hit hit_of(const fastlines::Hit& hit) { return {hit.t, hit.prim, hit.u, hit.distance, hit.t_out}; }
 
 /// P is fastlines::Segments or fastlines::RoundCones.
 template <fastlines::AxisPrimitive P>
@@ -47,7 +36,8 @@ class TreeOf final : public TreeImpl {
         wide_(fastlines::collapse<P>(tree_.nodes, tree_.refs, prims_, {.radius_hint = 0.001}, n_threads, progress)),
         view_(fastlines::view_of(wide_, prims_)),
         scene_(view_),
-        limits_(tree_.nodes[0].box) {}
+        limits_(tree_.nodes[0].box),
+        near_(prims_, wide_, view_, tree_.nodes[0].box, origin_) {}
 
   // One ray. A special one is a batch of one.
 
@@ -152,6 +142,8 @@ class TreeOf final : public TreeImpl {
     const auto hits = std::make_shared<HitArrays>(std::move(lists), std::size_t(offsets->back()));
     return HitLists{*offsets, hits->hits(hits), offsets};
   }
+
+  const NearQueries& near_queries() const override { return near_; }
 
   // Lines that have moved.
 
@@ -343,6 +335,7 @@ class TreeOf final : public TreeImpl {
   const fastlines::WideBvhView<P> view_;
   const fastlines::SceneCull scene_;
   const RayLimits limits_;
+  const NearQueriesOf<P> near_;
   mutable std::once_flag spread_items_once_;
   mutable std::vector<fastlines::RoundCone> spread_items_;
 };

@@ -1,4 +1,5 @@
-// Traversals of one ray by a function: all kinds of primitives, limits, traversals within others, and exceptions.
+// Traversals of one ray, or around one point, by a function: all kinds of primitives, limits, traversals within others,
+// and exceptions.
 #include <memory>
 
 #include "check.hpp"
@@ -129,6 +130,89 @@ void check_within(const Traversed<Segments>& of) {
   }
 }
 
+PointQuery some_point(Random& random, float radius, bool surface, const Frame& frame) {
+  const Vec3 p = random.in_cube() * 1.5f;
+  const double at[] = {p[0], p[1], p[2]};
+  return prepare_point(at, radius, surface, frame);
+}
+
+/// What is near a point: by distance and id, each primitive once.
+template <class P>
+std::vector<Neighbour> traverse_all_near(const WideBvhView<P>& tree, const PointQuery& point) {
+  std::vector<Neighbour> near;
+  traverse_near(tree, point, [&](const Neighbour& found, const Reference& piece, float&) {
+    if (AxisPrimitive<P> && !owns(piece.s0, piece.s1, found.s)) return;
+    for (const Neighbour& other : near)
+      if (other.row == found.row) return;
+    near.push_back(found);
+  });
+  std::sort(near.begin(), near.end());
+  return near;
+}
+
+/// Returns how many primitives are near points.
+template <class P>
+std::size_t check_near(const Traversed<P>& of, bool surface) {
+  const auto is_same = [](const Neighbour& a, const Neighbour& b) {
+    return a.distance == b.distance && a.row == b.row && a.s == b.s;
+  };
+  Random random{9};
+  std::size_t n_near = 0;
+  for (int i = 0; i < 200; ++i) {
+    const PointQuery point = some_point(random, 0.2f * random.uniform(), surface, of.view.frame);
+    std::vector<Neighbour> expected, found;
+    const Seen seen;
+    WithinOfPoint within(point, 0, seen, false, expected);
+    Progress progress;
+    Checkpoint checkpoint(progress);
+    typename BruteForcePoints<P>::Scratch scratch;
+    BruteForcePoints<P>{of.prims, of.view.frame}(point, within, scratch, checkpoint);
+    within.finish();
+    const OnePoint<P> one(of.view, point);
+    check(std::ranges::equal(traverse_all_near(of.view, point), expected, is_same), "a traversal reports all");
+    one.within(found);
+    check(std::ranges::equal(found, expected, is_same), "one point has all primitives");
+    check(one.count_within() == expected.size(), "one point counts them");
+    check(is_same(one.nearest(), expected.empty() ? Neighbour() : expected[0]), "one point has the nearest");
+    one.k_nearest(2, found);
+    expected.resize(std::min<std::size_t>(2, expected.size()));
+    check(std::ranges::equal(found, expected, is_same), "one point has the two nearest");
+    n_near += expected.size();
+  }
+  return n_near;
+}
+
+/// A function about points may lower the limit, traverse around another point, or throw.
+void check_near_limits(const Traversed<Segments>& of) {
+  Random random{10};
+  for (int i = 0; i < 100; ++i) {
+    const PointQuery point = some_point(random, 0.2f, false, of.view.frame);
+    const PointQuery other = some_point(random, 0.2f, false, of.view.frame);
+    const std::size_t n_near = traverse_all_near(of.view, point).size(),
+                      n_other = traverse_all_near(of.view, other).size();
+    float last = kInfinity;
+    std::size_t n = 0, n_wrong = 0;
+    traverse_near(of.view, point, [&](const Neighbour& found, const Reference&, float& limit) {
+      check(found.distance <= last, "nothing is beyond the limit");
+      last = limit = found.distance;
+      n_wrong += traverse_all_near(of.view, other).size() != n_other;
+    });
+    check((last < kInfinity) == (n_near > 0) && n_wrong == 0, "a traversal within another one");
+    traverse_near(of.view, point, [&](const Neighbour&, const Reference&, float& limit) {
+      limit = -kInfinity;
+      ++n;
+    });
+    check(n == (n_near > 0), "nothing is reported once nothing is needed");
+    bool thrown = false;
+    try {
+      traverse_near(of.view, point, [](const Neighbour&, const Reference&, float&) { throw 1; });
+    } catch (int) {
+      thrown = true;
+    }
+    check(thrown == (n_near > 0) && traverse_all_near(of.view, other).size() == n_other, "what is thrown is passed on");
+  }
+}
+
 }  // namespace
 
 int main() {
@@ -146,6 +230,11 @@ int main() {
     check(check_all_hits(segments, 0.0f) > 100, "rays hit segments");
     check(check_all_hits(Traversed<SpreadCones>(RoundCones{cones}, SpreadCones{cones}), 0.01f) > 100, "rays hit cones");
     check(check_all_hits(Traversed<Shapes>(Shapes{shapes}, Shapes{shapes}), 0.0f) > 100, "rays hit shapes");
+    const Traversed<RoundCones> thick(RoundCones{cones}, RoundCones{cones});
+    check(check_near(segments, false) > 100, "segments are near points");
+    check(check_near(thick, true) > 100 && check_near(thick, false) > 100, "round cones are near points");
+    check(check_near(Traversed<Shapes>(Shapes{shapes}, Shapes{shapes}), true) > 100, "shapes are near points");
+    check_near_limits(segments);
     check_limits(segments);
     check_within(segments);
   });

@@ -15,24 +15,6 @@ from support.c_library import IGNORE, METHODS, Hit, Library, Ray, Rays, pointer
 import fastlines as fl
 
 
-@pytest.fixture(scope="module")
-def library() -> Library:
-    try:
-        fl.get_lib()
-    except fl.FastlinesError as error:
-        pytest.skip(f"this is not an installation: {error}")
-    return Library()
-
-
-@pytest.fixture(scope="module", params=["segments", "round cones"])
-def lines(request: pytest.FixtureRequest) -> fl.Lines:
-    made = fl.scenes.make("spaghetti", 300).lines
-    if request.param == "segments":
-        return made
-    rng = np.random.default_rng(5)
-    return made.with_radius(rng.uniform(0, 0.01, (len(made), 2)).astype(np.float32))
-
-
 @pytest.mark.parametrize("method", METHODS)
 def test_trees_and_answers_are_those_of_python(library: Library, lines: fl.Lines, method: str, tmp_path: Path) -> None:
     tree, mine = library.build(lines, method), fl.build(lines, method)

@@ -20,11 +20,13 @@ COMMANDS = {"cpp": ("g++", "-xc++", "-std=c++20"), "c": ("gcc", "-xc", "-std=c99
 #: What fragments use but do not declare, by language.
 CONTEXT = {
     "cpp": """
+        #include <cstdio>
         #include <fastlines/fastlines.hpp>
         void use(float t, int id);
         void gather(std::size_t ray, const fl::Hits& hits);
         void fragment(const fl::Tree& tree, const fl::Ray& ray, float radius, std::span<const fl::Vec3> origins,
-                      std::span<const fl::Vec3> directions, const float* lines, int n, float d)
+                      std::span<const fl::Vec3> directions, std::span<const fl::Vec3d> points, const fl::Tree& other,
+                      const float* lines, int n, float d)
     """,
     "c": """
         #include <fastlines/fastlines.h>

@@ -13,7 +13,7 @@ import fastlines as fl
 from fastlines.settings.methods import THESIS_METHODS
 
 METHODS = ("best", *THESIS_METHODS)
-FloatPointer = c.POINTER(c.c_float)
+FloatPointer, DoublePointer = c.POINTER(c.c_float), c.POINTER(c.c_double)
 
 
 class Options(c.Structure):
@@ -87,6 +87,59 @@ class Lists(c.Structure):
     )
 
 
+class Point(c.Structure):
+    _fields_ = (("position", c.c_double * 3), *IGNORE)
+
+
+class NearLine(c.Structure):
+    _fields_ = (("distance", c.c_float), ("u", c.c_float), ("prim", c.c_int64))
+
+
+class Points(c.Structure):
+    _fields_ = (
+        ("n", c.c_size_t),
+        ("positions", DoublePointer),
+        ("radii", FloatPointer),
+        ("to", c.c_int),
+        ("n_threads", c.c_uint),
+        *IGNORE,
+    )
+
+
+class PairOptions(c.Structure):
+    _fields_ = (
+        ("to", c.c_int),
+        ("has_skip_neighbours", c.c_int),
+        ("skip_neighbours", c.c_size_t),
+        ("skip_strand", c.c_int),
+        ("n_threads", c.c_uint),
+        ("progress", c.c_void_p),
+        ("user_data", c.c_void_p),
+    )
+
+
+class NearArrays(c.Structure):
+    _fields_ = (
+        ("n_points", c.c_size_t),
+        ("n_lines", c.c_size_t),
+        ("offsets", c.POINTER(c.c_int64)),
+        ("distance", FloatPointer),
+        ("prim", c.POINTER(c.c_int64)),
+        ("u", FloatPointer),
+    )
+
+
+class PairArrays(c.Structure):
+    _fields_ = (
+        ("n", c.c_size_t),
+        ("i", c.POINTER(c.c_int64)),
+        ("j", c.POINTER(c.c_int64)),
+        ("s", FloatPointer),
+        ("t", FloatPointer),
+        ("distance", FloatPointer),
+    )
+
+
 class LineArrays(c.Structure):
     _fields_ = (
         ("n", c.c_size_t),
@@ -112,8 +165,10 @@ class Library:
         self.dll = c.CDLL(str(path))
         self.dll.fl_error_message.restype = self.dll.fl_version.restype = self.dll.fl_simd.restype = c.c_char_p
         self.dll.fl_free_tree.argtypes = self.dll.fl_free_lists.argtypes = self.dll.fl_get_lists.argtypes = [c.c_void_p]
-        self.dll.fl_get_lines.argtypes = [c.c_void_p]
         self.dll.fl_get_lists.restype, self.dll.fl_get_lines.restype = Lists, LineArrays
+        self.dll.fl_get_near_lists.restype, self.dll.fl_get_pairs.restype = NearArrays, PairArrays
+        for name in ("get_lines", "get_near_lists", "free_near_lists", "get_pairs", "free_pairs"):
+            getattr(self.dll, f"fl_{name}").argtypes = [c.c_void_p]
 
     def call(self, name: str, *arguments: Any) -> None:
         if getattr(self.dll, name)(*arguments):
@@ -183,11 +238,70 @@ class CTree:
         self.library.call("fl_list_hits", self.tree, *arguments)
         found = self.library.dll.fl_get_lists(lists)
         lengths = {"offsets": found.n_rays + 1} | dict.fromkeys(("t", "prim", "u", "distance"), found.n_hits)
-        arrays = {
-            name: np.ctypeslib.as_array(getattr(found, name), (n,)).copy() for name, n in lengths.items() if n > 0
-        }
+        arrays = arrays_of(found, lengths)
         self.library.dll.fl_free_lists(lists)
         return arrays
+
+    def nearest(self, point: Point, k: int, max_distance: float = np.inf, to: int = 0) -> list[NearLine]:
+        """Return the k nearest lines of one point."""
+        lines, n = (NearLine * k)(), c.c_size_t()
+        given = c.byref(point), c.c_float(max_distance), to, c.c_size_t(k)
+        self.library.call("fl_nearest", self.tree, *given, lines, c.byref(n))
+        return lines[: n.value]
+
+    def near_place(self, point: Point, line: NearLine, to: int = 0) -> list[float]:
+        """Return the point of a line that is nearest to a point."""
+        place = (c.c_double * 3)()
+        self.library.call("fl_get_near_place", self.tree, c.byref(point), c.byref(line), to, place)
+        return list(place)
+
+    def within(self, point: Point, radius: float, to: int = 0) -> list[NearLine]:
+        """Return the lines within a radius of one point."""
+        n = c.c_size_t()
+        given = self.tree, c.byref(point), c.c_float(radius), to
+        self.library.call("fl_count_within", *given, c.byref(n))
+        lines = (NearLine * n.value)()
+        self.library.call("fl_within", *given, lines, n, c.byref(n))
+        return list(lines)
+
+    def nearest_batch(self, points: Points, k: int, max_distance: float = np.inf) -> dict[str, npt.NDArray[Any]]:
+        columns = {"distance": np.float32, "prim": np.int64, "u": np.float32}
+        found = {name: np.empty((points.n, k), dtype) for name, dtype in columns.items()}
+        to = (column.ctypes.data_as(c.c_void_p) for column in found.values())
+        given = c.byref(points), c.c_float(max_distance), c.c_size_t(k)
+        self.library.call("fl_nearest_batch", self.tree, *given, *to)
+        return found
+
+    def count_within(self, points: Points, radius: float) -> npt.NDArray[np.int64]:
+        counts = np.empty(points.n, np.int64)
+        to = counts.ctypes.data_as(c.c_void_p)
+        self.library.call("fl_count_within_batch", self.tree, c.byref(points), c.c_float(radius), to)
+        return counts
+
+    def list_within(self, points: Points, radius: float) -> dict[str, npt.NDArray[Any]]:
+        lists = c.c_void_p()
+        self.library.call("fl_list_within", self.tree, c.byref(points), c.c_float(radius), c.byref(lists))
+        found = self.library.dll.fl_get_near_lists(lists)
+        lengths = {"offsets": found.n_points + 1} | dict.fromkeys(("distance", "prim", "u"), found.n_lines)
+        arrays = arrays_of(found, lengths)
+        self.library.dll.fl_free_near_lists(lists)
+        return arrays
+
+    def pairs(
+        self, radius: float, other: CTree | None = None, options: PairOptions | None = None
+    ) -> dict[str, npt.NDArray[Any]]:
+        pairs, second = c.c_void_p(), None if other is None else other.tree
+        given = c.c_float(radius), None if options is None else c.byref(options)
+        self.library.call("fl_find_pairs", self.tree, second, *given, c.byref(pairs))
+        found = self.library.dll.fl_get_pairs(pairs)
+        arrays = arrays_of(found, dict.fromkeys(("i", "j", "s", "t", "distance"), found.n))
+        self.library.dll.fl_free_pairs(pairs)
+        return arrays
+
+
+def arrays_of(found: c.Structure, lengths: dict[str, int]) -> dict[str, npt.NDArray[Any]]:
+    """Return copies of the arrays of a structure."""
+    return {name: np.ctypeslib.as_array(getattr(found, name), (n,)).copy() for name, n in lengths.items() if n > 0}
 
 
 def pointer(array: npt.NDArray[np.float32]) -> Any:

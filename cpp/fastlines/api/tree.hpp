@@ -1,4 +1,4 @@
-// Trees over lines, and their queries: build once, then query with any radius.
+// Trees over lines, and their queries by rays and points: build once, then query with any radius.
 //
 // All functions throw fl::InputError for input that they cannot use, and std::bad_alloc. A tree does not change, so any
 // number of threads may query it at the same time.
@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "export.h"
+#include "point.hpp"
 #include "ray.hpp"
 
 namespace fl {
@@ -77,6 +78,25 @@ struct QueryOptions {
   Progress progress = nullptr;        ///< It is called during the query.
 };
 
+/// How a batch of points is answered. The number of threads does not change the answers.
+struct PointOptions {
+  To to = To::surface;          ///< What distances are to.
+  unsigned n_threads = 0;       ///< The number of threads; 0 means one for each core. Short batches take one.
+  Progress progress = nullptr;  ///< It is called during the query.
+};
+
+/// Which pairs are found, and how.
+struct PairOptions {
+  To to = To::surface;  ///< What distances are between. Surfaces count if the lines of either tree have a radius.
+  /// Pairs of one strand are left out if their positions along it differ by at most this. A position counts the lines
+  /// of a strand in the order of their indices. In a closed strand, the last line is next to the first one. Pairs of
+  /// two trees are all found.
+  std::size_t skip_neighbours = 1;
+  bool skip_strand = false;     ///< Whether all pairs of one strand are left out. It is for one tree.
+  unsigned n_threads = 0;       ///< The number of threads; 0 means one for each core.
+  Progress progress = nullptr;  ///< It is called during the query.
+};
+
 /// Properties of a tree.
 struct TreeFacts {
   std::size_t n_prims;  ///< The number of lines.
@@ -94,8 +114,8 @@ class TreeImpl;
 }
 
 /// An acceleration tree over lines. It owns a copy of the lines, and copies of a tree share all memory. A tree does not
-/// change, so any number of threads may query it at the same time. Queries throw `InputError` for rays and radii that
-/// they cannot use.
+/// change, so any number of threads may query it at the same time. Queries throw `InputError` for rays, points
+/// and radii that they cannot use.
 class FASTLINES_API Tree {
  public:
   /// Makes an empty tree. All rays miss it.
@@ -143,6 +163,45 @@ class FASTLINES_API Tree {
   /// memory at a time, or those of one ray if it has more. All rays are checked first.
   void all_hits(const Rays& rays, const PerRay& radius, const Sink& sink, const QueryOptions& options = {}) const;
 
+  // One point, on the calling thread. Lines are ranked by their distance, and then by their index.
+
+  /// Returns the nearest line that is at most `max_distance` away, or none.
+  NearLine nearest(const Point& point, float max_distance = infinity, To to = To::surface) const;
+  /// Returns the k nearest lines in their order, or fewer if there are fewer.
+  std::vector<NearLine> k_nearest(const Point& point, std::size_t k, float max_distance = infinity,
+                                  To to = To::surface) const;
+  /// Writes the k nearest lines to a vector, which is cleared first. So calls can share its memory.
+  void k_nearest(const Point& point, std::size_t k, std::vector<NearLine>& lines, float max_distance = infinity,
+                 To to = To::surface) const;
+  /// Returns all lines within a radius of the point, in their order.
+  std::vector<NearLine> within(const Point& point, float radius, To to = To::surface) const;
+  /// Writes all lines within a radius to a vector, which is cleared first.
+  void within(const Point& point, float radius, std::vector<NearLine>& lines, To to = To::surface) const;
+  /// Returns the number of lines within a radius of the point.
+  std::size_t count_within(const Point& point, float radius, To to = To::surface) const;
+
+  // Batches of points, on several threads.
+
+  /// Returns the nearest line of each point, or none.
+  NearLines nearest(const Points& points, const PerPoint& max_distance = infinity,
+                    const PointOptions& options = {}) const;
+  /// Returns the k nearest lines of each point: those of point i are the entries from k·i on. The last ones are none if
+  /// there are fewer lines.
+  NearLines k_nearest(const Points& points, std::size_t k, const PerPoint& max_distance = infinity,
+                      const PointOptions& options = {}) const;
+  /// Returns all lines within a radius of each point.
+  NearLists within(const Points& points, const PerPoint& radius, const PointOptions& options = {}) const;
+  /// Returns the number of lines within a radius of each point.
+  std::vector<std::int64_t> count_within(const Points& points, const PerPoint& radius,
+                                         const PointOptions& options = {}) const;
+
+  // Pairs of lines, on several threads.
+
+  /// Returns all pairs of lines of this tree whose distance is at most the radius.
+  Pairs pairs(float radius, const PairOptions& options = {}) const;
+  /// Returns all pairs of a line of this tree and a line of another one. Both trees have the same offset.
+  Pairs pairs(float radius, const Tree& other, const PairOptions& options = {}) const;
+
   // The lines, and hits on them. Arrays are valid as long as the tree or a copy of it.
 
   /// Returns the number of lines.
@@ -155,10 +214,14 @@ class FASTLINES_API Tree {
   RoundCone line(std::int64_t prim) const;
   /// Returns the strand of each line, −1 for none. It is empty if no line has one.
   std::span<const std::int64_t> strands() const;
-  /// Returns the offset of lines that Python has read with one. Lines, rays, boxes and places are less the offset here.
+  /// Returns the offset of lines that Python has read with one. Lines, rays, boxes and places are less the offset here;
+  /// points are not.
   Vec3d offset() const;
   /// Returns where a hit is, and how the line and its surface lie there. The ray and the radius are those of the query.
   Place place(const Ray& ray, float radius, const Hit& hit) const;
+  /// Returns the point of a line near a point that is nearest to it, in the caller's coordinates: that of the surface,
+  /// or of the axis. It is NaN for none.
+  Vec3d place(const Point& point, const NearLine& found, To to = To::surface) const;
 
   // The tree itself.
 

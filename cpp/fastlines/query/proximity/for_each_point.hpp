@@ -44,96 +44,13 @@ struct PointsQuery {
   Progress& progress;
 
   /// Find the k nearest primitives of each point.
-  void find_nearest(std::size_t k, const NearestColumns& to) const {
-    struct Worker : PerThread {
-      using PerThread::PerThread;
-      std::vector<Neighbour> nearest;
-    };
-    for_each_block<Worker>(kMostPoints, [&](Worker& worker, const Block& block) {
-      worker.nearest.resize(k);
-      block.for_each(worker, [&](std::size_t i, const PointQuery& query) {
-        if (k == 1) {
-          NearestOfPoint nearest(query, i, seen);
-          search(query, nearest, worker.scratch, worker.checkpoint);
-          return to.set(i, nearest.best, unit());
-        }
-        KNearestOfPoint nearest(query, i, seen, worker.nearest);
-        search(query, nearest, worker.scratch, worker.checkpoint);
-        const std::size_t n = nearest.found().size();
-        for (std::size_t j = 0; j < k; ++j) to.set(i * k + j, j < n ? worker.nearest[j] : Neighbour{}, unit());
-      });
-    });
-  }
+  void find_nearest(std::size_t k, const NearestColumns& to) const;
 
   /// Count the primitives within the radius of each point.
-  void count(std::int64_t* to) const {
-    struct Worker : PerThread {
-      using PerThread::PerThread;
-      std::vector<Neighbour> list;
-    };
-    for_each_block<Worker>(kMostListed, [&](Worker& worker, const Block& block) {
-      block.for_each(worker, [&](std::size_t i, const PointQuery& query) {
-        if (Search::kRepeats || seen.has_owners()) {
-          worker.list.clear();
-          WithinOfPoint within(query, i, seen, Search::kRepeats, worker.list);
-          search(query, within, worker.scratch, worker.checkpoint);
-          within.finish();
-          to[i] = std::int64_t(within.size());
-        } else {
-          CountOfPoint count(query, i, seen);
-          search(query, count, worker.scratch, worker.checkpoint);
-          to[i] = std::int64_t(count.n);
-        }
-      });
-    });
-  }
+  void count(std::int64_t* to) const;
 
   /// List the primitives within the radius of each point.
-  PointLists list() const {
-    struct Worker : PerThread {
-      using PerThread::PerThread;
-      std::vector<Neighbour> list;
-      std::vector<std::pair<std::uint32_t, std::uint32_t>> runs;  // of each point, in the order of their search
-    };
-    const std::size_t n = points.size();
-    PointLists lists;
-    lists.offsets.assign(n + 1, 0);
-    std::vector<LargeVector<Neighbour>> of_block(n_blocks(kMostListed));
-    for_each_block<Worker>(kMostListed, [&](Worker& worker, const Block& block) {
-      worker.list.clear();
-      block.for_each(worker, [&](std::size_t i, const PointQuery& query) {
-        WithinOfPoint within(query, i, seen, Search::kRepeats, worker.list);
-        search(query, within, worker.scratch, worker.checkpoint);
-        within.finish();
-        lists.offsets[i + 1] = std::int64_t(within.size());
-      });
-      // Sort the lists into the order of the points.
-      std::vector<std::size_t> place(block.end - block.begin + 1);
-      for (std::size_t i = block.begin; i < block.end; ++i)
-        place[i - block.begin + 1] = place[i - block.begin] + std::size_t(lists.offsets[i + 1]);
-      LargeVector<Neighbour>& to = of_block[block.index];
-      to.resize(worker.list.size());
-      auto from = worker.list.begin();
-      for (const std::uint32_t i : worker.order()) {
-        const auto count = lists.offsets[block.begin + i + 1];
-        std::copy_n(from, count, to.begin() + std::ptrdiff_t(place[i]));
-        from += count;
-      }
-    });
-    for (std::size_t i = 0; i < n; ++i) lists.offsets[i + 1] += lists.offsets[i];
-    const auto n_found = std::size_t(lists.offsets[n]);
-    for (Buffer<float>* column : {&lists.distance, &lists.s}) column->reset(n_found), column->set_size(n_found);
-    lists.row.reset(n_found);
-    lists.row.set_size(n_found);
-    const NearestColumns columns{lists.distance.data(), lists.row.data(), lists.s.data()};
-    std::size_t at = 0;
-    for (LargeVector<Neighbour>& found : of_block) {
-      for (const Neighbour& each : found) columns.set(at++, each, unit());
-      found = {};
-      progress.check();
-    }
-    return lists;
-  }
+  PointLists list() const;
 
  private:
   /// Points that are sorted and answered together. Few are answered at a time where they have lists.
@@ -190,5 +107,99 @@ struct PointsQuery {
         });
   }
 };
+
+// Outside of the class, these are no inline functions, and `extern template` saves their compilation.
+
+template <class Search>
+void PointsQuery<Search>::find_nearest(std::size_t k, const NearestColumns& to) const {
+  struct Worker : PerThread {
+    using PerThread::PerThread;
+    std::vector<Neighbour> nearest;
+  };
+  for_each_block<Worker>(kMostPoints, [&](Worker& worker, const Block& block) {
+    worker.nearest.resize(k);
+    block.for_each(worker, [&](std::size_t i, const PointQuery& query) {
+      if (k == 1) {
+        NearestOfPoint nearest(query, i, seen);
+        search(query, nearest, worker.scratch, worker.checkpoint);
+        return to.set(i, nearest.best, unit());
+      }
+      KNearestOfPoint nearest(query, i, seen, worker.nearest);
+      search(query, nearest, worker.scratch, worker.checkpoint);
+      const std::size_t n = nearest.found().size();
+      for (std::size_t j = 0; j < k; ++j) to.set(i * k + j, j < n ? worker.nearest[j] : Neighbour{}, unit());
+    });
+  });
+}
+
+template <class Search>
+void PointsQuery<Search>::count(std::int64_t* to) const {
+  struct Worker : PerThread {
+    using PerThread::PerThread;
+    std::vector<Neighbour> list;
+  };
+  for_each_block<Worker>(kMostListed, [&](Worker& worker, const Block& block) {
+    block.for_each(worker, [&](std::size_t i, const PointQuery& query) {
+      if (Search::kRepeats || seen.has_owners()) {
+        worker.list.clear();
+        WithinOfPoint within(query, i, seen, Search::kRepeats, worker.list);
+        search(query, within, worker.scratch, worker.checkpoint);
+        within.finish();
+        to[i] = std::int64_t(within.size());
+      } else {
+        CountOfPoint count(query, i, seen);
+        search(query, count, worker.scratch, worker.checkpoint);
+        to[i] = std::int64_t(count.n);
+      }
+    });
+  });
+}
+
+template <class Search>
+PointLists PointsQuery<Search>::list() const {
+  struct Worker : PerThread {
+    using PerThread::PerThread;
+    std::vector<Neighbour> list;
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> runs;  // of each point, in the order of their search
+  };
+  const std::size_t n = points.size();
+  PointLists lists;
+  lists.offsets.assign(n + 1, 0);
+  std::vector<LargeVector<Neighbour>> of_block(n_blocks(kMostListed));
+  for_each_block<Worker>(kMostListed, [&](Worker& worker, const Block& block) {
+    worker.list.clear();
+    block.for_each(worker, [&](std::size_t i, const PointQuery& query) {
+      WithinOfPoint within(query, i, seen, Search::kRepeats, worker.list);
+      search(query, within, worker.scratch, worker.checkpoint);
+      within.finish();
+      lists.offsets[i + 1] = std::int64_t(within.size());
+    });
+    // Sort the lists into the order of the points.
+    std::vector<std::size_t> place(block.end - block.begin + 1);
+    for (std::size_t i = block.begin; i < block.end; ++i)
+      place[i - block.begin + 1] = place[i - block.begin] + std::size_t(lists.offsets[i + 1]);
+    LargeVector<Neighbour>& to = of_block[block.index];
+    to.resize(worker.list.size());
+    auto from = worker.list.begin();
+    for (const std::uint32_t i : worker.order()) {
+      const auto count = lists.offsets[block.begin + i + 1];
+      std::copy_n(from, count, to.begin() + std::ptrdiff_t(place[i]));
+      from += count;
+    }
+  });
+  for (std::size_t i = 0; i < n; ++i) lists.offsets[i + 1] += lists.offsets[i];
+  const auto n_found = std::size_t(lists.offsets[n]);
+  for (Buffer<float>* column : {&lists.distance, &lists.s}) column->reset(n_found), column->set_size(n_found);
+  lists.row.reset(n_found);
+  lists.row.set_size(n_found);
+  const NearestColumns columns{lists.distance.data(), lists.row.data(), lists.s.data()};
+  std::size_t at = 0;
+  for (LargeVector<Neighbour>& found : of_block) {
+    for (const Neighbour& each : found) columns.set(at++, each, unit());
+    found = {};
+    progress.check();
+  }
+  return lists;
+}
 
 }  // namespace fastlines
