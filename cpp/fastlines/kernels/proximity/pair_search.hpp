@@ -132,6 +132,7 @@ class PairSearch {
       if (!surface) block.radius = 0.0f;
       const PieceArrays arrays(block);
       const PieceSlabs slabs(block);
+      slack_ = block.slack;
       const float reach = search_.reach_ + block.slack + block.radius * kGrow;
       for (int k = 0; k < 3; ++k) {
         box_.low[k] = reduce_min(block.low[k]);
@@ -197,8 +198,7 @@ class PairSearch {
       checkpoint_.pass();
       PieceBlock other(leaf, change);
       if (surface) other.radius = leaf.radius * change.quantum(leaf.scale);
-      const PairReach pair_reach =
-          reach_of(leaf, reach + other.slack + other.radius * kGrow, block.slack + other.slack);
+      const PairReach pair_reach = reach_of(leaf, reach + other.slack + other.radius * kGrow, slack_ + other.slack);
       const std::uint32_t lanes = other.lanes;
       for (; near; near &= near - 1) {
         const int lane = std::countr_zero(near), piece = piece_of_lane(lane);
@@ -294,6 +294,7 @@ class PairSearch {
     Checkpoint checkpoint_;
     std::uint32_t block_ = 0;  // the block whose pairs are sought, its box and its pieces
     SearchBox box_;
+    float slack_ = 0.0f;  // of the block's pieces
     Piece pieces_[kSimdWidth];
     std::vector<std::uint32_t> stack_;
     VisitedSetOf<std::uint64_t> met_;  // the pairs that the block has met, if leaves repeat primitives

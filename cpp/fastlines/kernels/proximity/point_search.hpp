@@ -11,7 +11,7 @@
 #include "../cost/step_counters.hpp"
 #include "../intersect/load_fields.hpp"
 #include "../intersect/prefetch.hpp"
-#include "point_cull.hpp"
+#include "point_group.hpp"
 
 namespace fastlines {
 
@@ -26,6 +26,10 @@ class PointSearch {
 
   PointSearch(const WideBvhView<P>& tree, std::size_t n_leaves) : frame(tree.frame), tree_(tree), n_leaves_(n_leaves) {}
 
+  /// Searches for all that is within the radius of each of 16 points.
+  using Group = PointGroupSearch<P>;
+  Group group() const { return Group(tree_); }
+
   /// The most steps that a point may take, for progress.
   std::size_t n_steps() const { return n_leaves_; }
 
@@ -36,7 +40,7 @@ class PointSearch {
   };
 
   struct Scratch {
-    std::vector<StackFrame> frames;    ///< only grows
+    std::vector<StackFrame> frames;  ///< only grows
     std::uint32_t last = kNoPrim;    ///< the nearest row of the last point, which is likely near the next one
   };
 

@@ -2,7 +2,7 @@
 // Each point has its own answer, so answers depend neither on the order of points nor on the number of threads.
 #pragma once
 
-#include <mutex>
+#include <memory>
 
 #include "../../memory/buffer.hpp"
 #include "../../parallel/parallel_for.hpp"
@@ -34,6 +34,19 @@ struct PointLists {
   Buffer<std::int64_t> row;
 };
 
+/// A search of a layout that takes groups of points has a class `Group` for that; other searches have none.
+template <class Search>
+struct GroupOfSearch {
+  struct type {};
+};
+template <class Search>
+  requires requires { typename Search::Group; }
+struct GroupOfSearch<Search> {
+  using type = typename Search::Group;
+};
+template <class Search>
+using GroupOf = typename GroupOfSearch<Search>::type;
+
 /// A query of points: the search, the points, and what they see.
 template <class Search>
 struct PointsQuery {
@@ -54,7 +67,10 @@ struct PointsQuery {
 
  private:
   /// Points that are sorted and answered together. Few are answered at a time where they have lists.
-  static constexpr std::size_t kMostPoints = 1 << 20, kMostListed = 1 << 13, kFewestPoints = 256;
+  static constexpr std::size_t kMostPoints = 1 << 20, kMostListed = 1 << 16, kFewestPoints = 256;
+  /// How many points a search for groups takes at a time.
+  static constexpr std::size_t kGroup = 16;
+  static constexpr bool kHasGroups = requires { typename Search::Group; };
   /// How many points ahead one is prefetched, and how many are answered between two reports of progress.
   static constexpr std::size_t kAhead = 8, kPerReport = 1024;
 
@@ -85,7 +101,44 @@ struct PointsQuery {
         if ((j + 1) % kPerReport == 0) query.progress.add(double(kPerReport) / double(query.points.size()));
       }
     }
+
+    /// Call answer(ids, points) for groups of points.
+    template <class Worker, class Answer>
+    void for_each_group(Worker& worker, const Answer& answer) const {
+      std::size_t ids[kGroup];
+      PointQuery group[kGroup];
+      std::size_t n = 0;
+      const auto flush = [&] {
+        if (n > 0) answer(ids, std::span<const PointQuery>(group, n));
+        n = 0;
+      };
+      for_each(worker, [&](std::size_t i, const PointQuery& point) {
+        ids[n] = i;
+        group[n++] = point;
+        if (n == kGroup) flush();
+      });
+      flush();
+    }
   };
+
+  /// Searches for groups of points, if the search can.
+  struct GroupWorker : PerThread {
+    explicit GroupWorker(const PointsQuery& query) : PerThread(query.progress), group(query.make_group()) {}
+    GroupOf<Search> group;
+  };
+
+  /// The lists of a block, in the order in which its points are answered.
+  struct ListWorker : GroupWorker {
+    using GroupWorker::GroupWorker;
+    std::vector<Neighbour> found;
+  };
+
+  GroupOf<Search> make_group() const {
+    if constexpr (kHasGroups)
+      return search.group();
+    else
+      return {};
+  }
 
   double unit() const { return 1.0 / double(search.frame.scale); }
 
@@ -101,10 +154,32 @@ struct PointsQuery {
   void for_each_block(std::size_t most, const Answer& answer) const {
     const std::size_t per_block = points_per_block(most);
     parallel_for(
-        n_blocks(most), n_threads, progress, [&] { return Worker(progress); },
-        [&](Worker& worker, std::size_t i) {
-          answer(worker, Block{*this, i, i * per_block, std::min(points.size(), (i + 1) * per_block)});
+        n_blocks(most), n_threads, progress, [&] { return std::make_unique<Worker>(*this); },
+        [&](const std::unique_ptr<Worker>& worker, std::size_t i) {
+          answer(*worker, Block{*this, i, i * per_block, std::min(points.size(), (i + 1) * per_block)});
         });
+  }
+
+  /// List what is near each point. set_length(i, length) is called for each, then use(worker, block) for each block.
+  template <class SetLength, class Use>
+  void for_each_list(const SetLength& set_length, const Use& use) const {
+    for_each_block<ListWorker>(kMostListed, [&](ListWorker& worker, const Block& block) {
+      worker.found.clear();
+      if constexpr (kHasGroups)
+        block.for_each_group(worker, [&](const std::size_t* ids, std::span<const PointQuery> group) {
+          std::uint32_t lengths[kGroup];
+          worker.group.list(group, ids, seen, worker.checkpoint, worker.found, lengths);
+          for (std::size_t j = 0; j < group.size(); ++j) set_length(ids[j], lengths[j]);
+        });
+      else
+        block.for_each(worker, [&](std::size_t i, const PointQuery& query) {
+          WithinOfPoint within(query, i, seen, Search::kRepeats, worker.found);
+          search(query, within, worker.scratch, worker.checkpoint);
+          within.finish();
+          set_length(i, within.size());
+        });
+      use(worker, block);
+    });
   }
 };
 
@@ -113,7 +188,7 @@ struct PointsQuery {
 template <class Search>
 void PointsQuery<Search>::find_nearest(std::size_t k, const NearestColumns& to) const {
   struct Worker : PerThread {
-    using PerThread::PerThread;
+    explicit Worker(const PointsQuery& query) : PerThread(query.progress) {}
     std::vector<Neighbour> nearest;
   };
   for_each_block<Worker>(kMostPoints, [&](Worker& worker, const Block& block) {
@@ -134,57 +209,39 @@ void PointsQuery<Search>::find_nearest(std::size_t k, const NearestColumns& to) 
 
 template <class Search>
 void PointsQuery<Search>::count(std::int64_t* to) const {
-  struct Worker : PerThread {
-    using PerThread::PerThread;
-    std::vector<Neighbour> list;
-  };
-  for_each_block<Worker>(kMostListed, [&](Worker& worker, const Block& block) {
-    block.for_each(worker, [&](std::size_t i, const PointQuery& query) {
-      if (Search::kRepeats || seen.has_owners()) {
-        worker.list.clear();
-        WithinOfPoint within(query, i, seen, Search::kRepeats, worker.list);
-        search(query, within, worker.scratch, worker.checkpoint);
-        within.finish();
-        to[i] = std::int64_t(within.size());
-      } else {
-        CountOfPoint count(query, i, seen);
-        search(query, count, worker.scratch, worker.checkpoint);
-        to[i] = std::int64_t(count.n);
-      }
-    });
-  });
+  if constexpr (kHasGroups) {
+    if (!Search::kRepeats && !seen.has_owners())
+      return for_each_block<GroupWorker>(kMostPoints, [&](GroupWorker& worker, const Block& block) {
+        block.for_each_group(worker, [&](const std::size_t* ids, std::span<const PointQuery> group) {
+          std::uint32_t counts[kGroup];
+          worker.group.count(group, ids, seen, worker.checkpoint, counts);
+          for (std::size_t j = 0; j < group.size(); ++j) to[ids[j]] = counts[j];
+        });
+      });
+  }
+  for_each_list([&](std::size_t i, std::size_t length) { to[i] = std::int64_t(length); },
+                [](const ListWorker&, const Block&) {});
 }
 
 template <class Search>
 PointLists PointsQuery<Search>::list() const {
-  struct Worker : PerThread {
-    using PerThread::PerThread;
-    std::vector<Neighbour> list;
-    std::vector<std::pair<std::uint32_t, std::uint32_t>> runs;  // of each point, in the order of their search
-  };
   const std::size_t n = points.size();
   PointLists lists;
   lists.offsets.assign(n + 1, 0);
   std::vector<LargeVector<Neighbour>> of_block(n_blocks(kMostListed));
-  for_each_block<Worker>(kMostListed, [&](Worker& worker, const Block& block) {
-    worker.list.clear();
-    block.for_each(worker, [&](std::size_t i, const PointQuery& query) {
-      WithinOfPoint within(query, i, seen, Search::kRepeats, worker.list);
-      search(query, within, worker.scratch, worker.checkpoint);
-      within.finish();
-      lists.offsets[i + 1] = std::int64_t(within.size());
-    });
+  const auto set_length = [&](std::size_t i, std::size_t length) { lists.offsets[i + 1] = std::int64_t(length); };
+  for_each_list(set_length, [&](const ListWorker& worker, const Block& block) {
     // Sort the lists into the order of the points.
     std::vector<std::size_t> place(block.end - block.begin + 1);
     for (std::size_t i = block.begin; i < block.end; ++i)
       place[i - block.begin + 1] = place[i - block.begin] + std::size_t(lists.offsets[i + 1]);
     LargeVector<Neighbour>& to = of_block[block.index];
-    to.resize(worker.list.size());
-    auto from = worker.list.begin();
+    to.resize(worker.found.size());
+    auto from = worker.found.begin();
     for (const std::uint32_t i : worker.order()) {
-      const auto count = lists.offsets[block.begin + i + 1];
-      std::copy_n(from, count, to.begin() + std::ptrdiff_t(place[i]));
-      from += count;
+      const auto length = lists.offsets[block.begin + i + 1];
+      std::copy_n(from, length, to.begin() + std::ptrdiff_t(place[i]));
+      from += length;
     }
   });
   for (std::size_t i = 0; i < n; ++i) lists.offsets[i + 1] += lists.offsets[i];

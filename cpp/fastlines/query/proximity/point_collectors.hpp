@@ -96,6 +96,21 @@ class KNearestOfPoint {
   std::size_t size_ = 0;
 };
 
+/// Remove rows that a sorted list, which begins at `first`, has more than once, and all but the best of each owner.
+inline void remove_repeats(const Seen& seen, bool repeats, std::vector<Neighbour>& list, std::size_t first) {
+  const auto begin = list.begin() + std::ptrdiff_t(first);
+  if (seen.has_owners()) {
+    const auto owner = [&](const Neighbour& of) { return seen.owner_of(of.row); };
+    std::stable_sort(begin, list.end(), [&](const auto& a, const auto& b) { return owner(a) < owner(b); });
+    const auto is_same = [&](const Neighbour& a, const Neighbour& b) { return owner(a) == owner(b); };
+    list.erase(std::unique(begin, list.end(), is_same), list.end());
+    std::sort(begin, list.end());
+  } else if (repeats) {
+    const auto is_same = [](const Neighbour& a, const Neighbour& b) { return a.row == b.row; };
+    list.erase(std::unique(begin, list.end(), is_same), list.end());
+  }
+}
+
 /// Lists all primitives within the radius of a point.
 class WithinOfPoint {
  public:
@@ -112,20 +127,8 @@ class WithinOfPoint {
 
   /// Sort the list of this point, and remove what is there more than once. Call it at the end.
   void finish() {
-    const auto first = to_.begin() + std::ptrdiff_t(first_);
-    if (seen_.has_owners()) {
-      const auto owner = [this](const Neighbour& of) { return seen_.owner_of(of.row); };
-      std::sort(first, to_.end(), [&](const Neighbour& a, const Neighbour& b) {
-        const std::int64_t of_a = owner(a), of_b = owner(b);
-        return of_a < of_b || (of_a == of_b && a < b);
-      });
-      const auto is_same = [&](const Neighbour& a, const Neighbour& b) { return owner(a) == owner(b); };
-      to_.erase(std::unique(first, to_.end(), is_same), to_.end());
-    }
     std::sort(to_.begin() + std::ptrdiff_t(first_), to_.end());
-    if (!repeats_ || seen_.has_owners()) return;
-    const auto is_same = [](const Neighbour& a, const Neighbour& b) { return a.row == b.row; };
-    to_.erase(std::unique(to_.begin() + std::ptrdiff_t(first_), to_.end(), is_same), to_.end());
+    remove_repeats(seen_, repeats_, to_, first_);
   }
 
   std::size_t size() const { return to_.size() - first_; }

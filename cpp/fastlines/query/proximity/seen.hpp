@@ -34,6 +34,9 @@ struct Seen {
     return true;
   }
 
+  /// Whether all points see all rows.
+  bool sees_all() const { return hidden.empty() && ignored[0].n == 0 && ignored[1].n == 0; }
+
   bool has_owners() const { return !owner.empty(); }
   std::int64_t owner_of(std::uint32_t row) const { return owner.empty() ? row : owner[row]; }
 };
