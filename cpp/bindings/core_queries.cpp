@@ -141,10 +141,10 @@ void use_prims(const LayoutView& layout, auto&& use) {
 /// Calls use(search) with brute force for points.
 void with_points(const BinaryView& tree, auto&& use) {
   tree.with_prims([&]<class P>(const P& prims, const Frame& frame) {
-    if constexpr (kHasSpread<P>)
-      throw std::invalid_argument("points see no spread cones");
-    else
+    if constexpr (ProximityPrimitive<P>)
       use(BruteForcePoints<P>{prims, frame});
+    else
+      throw std::invalid_argument(std::string("queries about points do not know ") + P::kKind);
   });
 }
 

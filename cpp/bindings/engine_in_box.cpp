@@ -1,7 +1,7 @@
 // Regions of interest on the wide layout.
 #include "engine.hpp"
 #include "fastlines/kernels/proximity/in_box.hpp"
-#include "fastlines/rays/spread_ray.hpp"
+#include "fastlines/primitives/point_test.hpp"
 #include "in_box.hpp"
 #include "layout.hpp"
 
@@ -15,11 +15,11 @@ InBoxTuple in_box(const LayoutView& layout, Input<double> low, Input<double> hig
                   nb::object progress) {
   const std::size_t n_prims = std::visit([](const auto& prims) { return prims.size(); }, layout.prims);
   return layout.with_view([&]<class P>(const WideBvhView<P>& view) -> InBoxTuple {
-    if constexpr (kHasSpread<P>)
-      throw std::invalid_argument("regions see no spread cones");
-    else
+    if constexpr (ProximityPrimitive<P>)
       return in_boxes(low, high, n_prims, layout.leaves.size(), n_threads, progress,
                       [&] { return InBoxSearch<P>(view, surface); });
+    else
+      throw std::invalid_argument(std::string("queries about regions do not know ") + P::kKind);
   });
 }
 

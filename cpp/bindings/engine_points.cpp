@@ -9,10 +9,10 @@ namespace fastlines {
 /// Calls use(search) with the search of a layout.
 void with_points(const LayoutView& layout, auto&& use) {
   layout.with_view([&]<class P>(const WideBvhView<P>& view) {
-    if constexpr (kHasSpread<P>)
-      throw std::invalid_argument("points see no spread cones");
-    else
+    if constexpr (ProximityPrimitive<P>)
       use(PointSearch<P>(view, layout.leaves.size()));
+    else
+      throw std::invalid_argument(std::string("queries about points do not know ") + P::kKind);
   });
 }
 

@@ -7,6 +7,7 @@
 #include <new>
 
 #include "arrays.hpp"
+#include "fastlines/primitives/point_test.hpp"
 #include "fastlines/query/proximity/pair_list.hpp"
 #include "primitives.hpp"
 #include "watch.hpp"
@@ -28,7 +29,14 @@ using PairTuple = std::tuple<Output<std::int64_t>, Output<std::int64_t>, Output<
 
 inline AxisSet axes_of_any(const QueryPrimitives& prims, const std::optional<Input<std::int64_t>>& owner) {
   const auto owners = owner ? rows<std::int64_t>(*owner) : std::span<const std::int64_t>();
-  return std::visit([&](const auto& of) { return axes_of(of, owners); }, prims);
+  return std::visit(
+      [&]<class P>(const P& of) -> AxisSet {
+        if constexpr (ProximityPrimitive<P>)
+          return axes_of(of, owners);
+        else
+          throw std::invalid_argument(std::string("queries about pairs do not know ") + P::kKind);
+      },
+      prims);
 }
 
 inline PairQuery pair_query(const AxisSet& first, const AxisSet& second, bool is_self, const Frame& frame,

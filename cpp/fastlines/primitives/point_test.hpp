@@ -26,6 +26,10 @@ concept PointView = requires(const Q& query) {
   { query.surface } -> std::convertible_to<bool>;  ///< whether the radii of round cones count
 };
 
+/// The primitives that queries about points, pairs and regions know.
+template <class P>
+concept ProximityPrimitive = std::same_as<P, Segments> || std::same_as<P, RoundCones> || std::same_as<P, Shapes>;
+
 /// The point of a primitive that is nearest to a point: s of its axis, 0 without one, and the distance in the frame,
 /// less the radius at s if the surface counts.
 template <class N>
@@ -157,7 +161,7 @@ template <class N, PointView Q>
 
 /// The fields that the tests of points read: all coordinates and radii of a primitive, in the frame. `floats` is the
 /// primitive as the caller gave it.
-template <RayPrimitive P, class N, std::size_t n, class Frame>
+template <ProximityPrimitive P, class N, std::size_t n, class Frame>
 [[gnu::always_inline]] inline std::array<N, n> point_fields(const N (&floats)[n], const Frame& frame) {
   std::array<N, n> fields;
   for (std::size_t k = 0; k < n; ++k) fields[k] = floats[k];
@@ -173,7 +177,7 @@ template <RayPrimitive P, class N, std::size_t n, class Frame>
 }
 
 /// The fields of one primitive.
-template <RayPrimitive P, class Frame>
+template <ProximityPrimitive P, class Frame>
 [[gnu::always_inline]] inline auto point_fields_of(const typename P::Item& item, const Frame& frame) {
   float floats[sizeof(item) / sizeof(float)];
   std::memcpy(floats, &item, sizeof item);
@@ -181,7 +185,7 @@ template <RayPrimitive P, class Frame>
 }
 
 /// The nearest point of a primitive, or of 16, from its fields.
-template <RayPrimitive P, PointView Q, class N, std::size_t n>
+template <ProximityPrimitive P, PointView Q, class N, std::size_t n>
 [[gnu::always_inline]] inline NearestPoint<N> nearest_point(const Q& query, const std::array<N, n>& fields) {
   if constexpr (MixedPrimitive<P>) {
     const N kind = fields[9], zero = 0.0f;
