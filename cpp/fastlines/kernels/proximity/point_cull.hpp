@@ -92,7 +92,9 @@ inline constexpr float kAxisSlack = 0.89f;
     const F r = fma(s, w[k], a[k]);
     dist2 = fma(r, r, dist2);
   }
-  return radius < 0.0f ? 0 : (dist2 <= F(radius * radius)).bits() & ((1u << leaf.n_refs) - 1);
+  // Not a branch: no distance is below −1.
+  const float radius2 = radius < 0.0f ? -1.0f : radius * radius;
+  return (dist2 <= F(radius2)).bits() & ((1u << leaf.n_refs) - 1);
 }
 
 /// A mask of the pieces of a leaf that a point may be within a distance of.

@@ -138,8 +138,10 @@ class PointGroupSearch {
       } else {
         checkpoint.pass(std::uint64_t(std::popcount(lanes)));
         const WideLeaf& leaf = tree_.leaves[node.first_leaf + std::uint32_t(child - node.n_inner)];
+        std::uint32_t n = n_pairs_;  // no store of a reference can alias it
         for (std::uint32_t left = lanes; left; left &= left - 1)
-          cull_leaf(points, leaf, std::uint32_t(std::countr_zero(left)));
+          n += cull_leaf(points, leaf, std::uint32_t(std::countr_zero(left)), n);
+        n_pairs_ = n;
         test_pairs(kSimdWidth);
       }
     }
@@ -158,8 +160,10 @@ class PointGroupSearch {
         stack_.push_back({node.first_inner + std::uint32_t(std::countr_zero(inner)), 1u << lane});
       std::uint32_t leaves = near >> node.n_inner;
       checkpoint.pass(std::uint64_t(std::popcount(leaves)));
+      std::uint32_t n = n_pairs_;
       for (; leaves; leaves &= leaves - 1)
-        cull_leaf(points, tree_.leaves[node.first_leaf + std::uint32_t(std::countr_zero(leaves))], lane);
+        n += cull_leaf(points, tree_.leaves[node.first_leaf + std::uint32_t(std::countr_zero(leaves))], lane, n);
+      n_pairs_ = n;
       test_pairs(kSimdWidth);
     }
   }
@@ -209,14 +213,15 @@ class PointGroupSearch {
     return (dist2 <= FloatX16::load(lanes_.reach2)).bits();
   }
 
-  /// Append the pairs of a point and the pieces of a leaf that pass.
-  [[gnu::always_inline]] void cull_leaf(std::span<const PointQuery> points, const WideLeaf& leaf, std::uint32_t lane) {
+  /// Write the pairs of a point and the pieces of a leaf that pass from pair n on, and return their number.
+  [[gnu::always_inline]] std::uint32_t cull_leaf(std::span<const PointQuery> points, const WideLeaf& leaf,
+                                                 std::uint32_t lane, std::uint32_t n) {
     count_step(&StepCounters::leaves);
     const PointQuery& query = points[lane];
     const std::uint32_t near = cull_pieces<P>(query, leaf, query.radius);
-    compress_indices(near, leaf.first_ref, refs_ + n_pairs_);
-    std::fill_n(lane_ + n_pairs_, kSimdWidth, lane);
-    n_pairs_ += std::uint32_t(std::popcount(near));
+    compress_indices(near, leaf.first_ref, refs_ + n);
+    std::fill_n(lane_ + n, kSimdWidth, lane);
+    return std::uint32_t(std::popcount(near));
   }
 
   /// Test pairs, 16 at a time, until fewer than `least` are left.
