@@ -62,8 +62,9 @@ class Pairs(Shown):
         return f"<Pairs: {counted(len(self), 'pairs')}>"
 
     def __getitem__(self, rows: Any) -> Pairs:
-        """Return some of the pairs: by a slice, an array of positions, or a mask."""
-        i, j, s, t, distance = (column[rows] for column in (self.i, self.j, self.s, self.t, self.distance))
+        """Return some of the pairs: by a slice, an array of positions, a mask, or one position."""
+        columns = self.i, self.j, self.s, self.t, self.distance
+        i, j, s, t, distance = (column[rows].reshape(-1) for column in columns)
         return Pairs(i, j, s, t, distance, self.surface, self.geometry, self.other)
 
     @property
