@@ -1,6 +1,7 @@
-"""fastlines: acceleration trees for ray queries on lines.
+"""fastlines: acceleration trees for queries on lines.
 
-Build a tree over hair, fibres, beams, streamlines or wires, and ask what rays hit, with the radius given at query time.
+Build a tree over hair, fibres, beams, streamlines or wires, and find what rays hit and what is near, with the radius
+given at query time.
 
 >>> import fastlines as fl
 >>> tree = fl.build([[[-1, -1, -1], [1, 1, 1]]])

@@ -102,3 +102,13 @@ def test_skipped_rows_are_counted():
     assert (result.exit_code, result.stderr.count("\n")) == (0, 1)
     assert Path("a.csv").read_text() == "i,j,row_i,row_j,s,t,distance\n0,1,0,2,0,0,0.25\n"
     assert "has no radius of its own" in refused("pairs", "lines.npz", "-r", 1, "--no-own-radius")[1]
+
+
+def test_pairs_of_several_parts_name_them():
+    tree = fl.build(fl.Geometry([LINES, fl.Spheres.from_centres(LINES.segments[:50, 0], radius=0.001)]))
+    tree.save("both.flt")
+    done("pairs", "both.flt", "-r", 0.001, "-o", "pairs.npz")
+    found, expected = table("pairs.npz"), tree.pairs(0.001)
+    assert set(found["part_j"]) == {0, 1}
+    assert np.array_equal(found["part_i"], expected.part_i)
+    assert np.array_equal(found["part_j"], expected.part_j)

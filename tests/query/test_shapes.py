@@ -324,7 +324,7 @@ ONE = np.array([[[0.0, 0, 0], [1, 1, 1]]])
         (Wrong(np.zeros((3, 2)), None), r"Wrong.bounds\(\) has shape \(3, 2\)"),
         (Wrong(ONE * np.nan, None), "1 of 1 boxes of Wrong"),
         (Wrong(ONE[:, ::-1], None), "low corner above their high one"),
-        (Wrong(ONE, lambda ids: np.zeros(7)), r"returned 't' of shape \(7,\) for 1 pairs"),
+        (Wrong(ONE, lambda ids: np.zeros(7)), r"returned 't' of shape \(7,\); expected \(1,\), a row a pair"),
         (Wrong(ONE, lambda ids: {"u": ids}), "returned no 't'"),
         (Wrong(ONE, lambda ids: {"t": ids, "v": ids}), "returned 'v'"),
     ],

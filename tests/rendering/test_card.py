@@ -163,15 +163,19 @@ def test_facts_of_trees():
     assert facts(fl.build(Balls()))["over"] == "60 of your own"
 
 
-def test_facts_of_hits():
-    def rows(hits):
-        """Return the table of the card of hits."""
-        assert hits._repr_png_() is None
-        text = Checker(hits._repr_html_()).text
-        assert text[0] == type(hits).__name__
-        return dict(zip(text[1::2], text[2::2], strict=True))
+def rows(answer) -> dict[str, str]:
+    """Return the table of the card of an answer, which has no picture."""
+    assert answer._repr_png_() is None
+    text = Checker(answer._repr_html_()).text
+    assert text[0] == type(answer).__name__
+    return dict(zip(text[1::2], text[2::2], strict=True))
 
-    tree = fl.build(fl.Lines.from_strands([[[-1, 0, 0], [1, 0, 0], [3, 0, 0]], [[0, -1, 1], [0, 1, 1]]]))
+
+STRANDS = fl.Lines.from_strands([[[-1, 0, 0], [1, 0, 0], [3, 0, 0]], [[0, -1, 1], [0, 1, 1]]])
+
+
+def test_facts_of_hits():
+    tree = fl.build(STRANDS)
     origins = np.float32([[[0, 0, -5], [2, 0.25, -5], [9, 9, 9]], [[0, 0, -5], [0, 0.5, -5], [2, 0, -5]]])
     first = tree.first_hit(origins, [0, 0, 1], 0.5)
     expected = {
@@ -200,6 +204,21 @@ def test_facts_of_hits():
     counts = {"points": "2", "with an answer": "1, 50 %", "answers": "1, 0.5 a point, 1 at most"}
     assert rows(tree.within(points, 0.5)) == counts | near
     assert rows(parts)["hits of parts"] == f"0: {(parts.part == 0).sum():,}, 1: {(parts.part == 1).sum():,}"
+
+
+def test_facts_of_pairs_and_along():
+    tree, other = fl.build(STRANDS), fl.build(STRANDS.segments + np.float32([0, 0, 0.25]))
+    pairs = tree.pairs(0.25, other)
+    assert len(pairs) > 3
+    expected = {"pairs": f"{len(pairs):,}", "distance": "0.25", "different prims": "i: 3, j: 3"}
+    assert rows(pairs) == expected | {"of": "3 segments", "with": "3 segments"}
+    assert rows(pickle.loads(pickle.dumps(pairs))) == expected
+    assert rows(tree.pairs(0.5)) == {"pairs": "0", "of": "3 segments"}
+    thick = fl.build(STRANDS.with_radius(0.25)).pairs(0.5)
+    assert rows(thick)["distance"] == "0.5, of surfaces"
+    found = tree.along([[0, 0.5, 0], [0, 0.5, -9]], 0.5)
+    near = {"distance": "0.5", "different prims": "1", "different strands": "1", "of": "3 segments"}
+    assert rows(found) == {"primitives": "1"} | near
 
 
 def test_what_files_say_is_escaped():

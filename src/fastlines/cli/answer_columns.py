@@ -66,6 +66,8 @@ def columns_of_pairs(pairs: Pairs, points: bool = False) -> Columns:
     """Return a row for each pair, with the points of both if they are wanted."""
     columns: dict[str, npt.NDArray[Any]] = {"i": pairs.i, "j": pairs.j}
     sides: dict[str, Any] = {"i": pairs.geometry, "j": pairs.other}
+    parts = {f"part_{side}": getattr(pairs, f"part_{side}") for side in sides}
+    columns |= {name: part for name, part in parts.items() if part is not None}
     columns |= {f"row_{side}": getattr(pairs, f"row_{side}") for side, of in sides.items() if of.n_skipped}
     strands = {side: getattr(pairs, f"strand_{side}") for side, of in sides.items() if of.n_strands}
     columns |= {f"strand_{side}": _known(of_side) for side, of_side in strands.items()}

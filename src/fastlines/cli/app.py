@@ -203,7 +203,7 @@ def root(
         bool, Option("--cmakedir", help="Print the folder of the CMake package.", rich_help_panel=_CPP)
     ] = False,
 ) -> None:
-    """Acceleration trees for ray queries on lines: hair, fibres, beams, streamlines, wires.
+    """Acceleration trees for queries on lines: hair, fibres, beams, streamlines, wires.
 
     Start with [bold cyan]fastlines demo --quick[/], or with lines of your own:
 

@@ -60,9 +60,9 @@ def pairs(
     """Find all pairs of lines within a distance of each other, and write a table.
 
     Each pair has one row. Rows are sorted by i, then by j. The columns are i and j, the two segments, i < j where both
-    are of INPUT; row_i and row_j if rows were skipped; strand_i and strand_j if there are strands; s and t, the nearest
-    places on them from 0 to 1; and distance. Pairs are found and written in parts, so that a table may be larger than
-    the memory.
+    are of INPUT; part, row and strand of both, such as strand_i, if there are parts, skipped rows or strands; s and t,
+    the nearest places on them from 0 to 1; and distance. Pairs are found and written in parts, so that a table may be
+    larger than the memory.
 
     [bold]Examples[/]
 

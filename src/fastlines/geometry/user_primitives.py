@@ -202,7 +202,8 @@ class UserPrimitives(AnyGeometry):
     def nearest_at(self, hits: HitPlaces, surface: bool) -> Float64Array:
         """Call the optional method `nearest` again, for its points."""
         if (points := self.nearest(hits.prim, hits.origins).point) is None:
-            raise InputError(f"{type(self.source).__name__}.nearest() returned no 'point'; add it, (m, 3), for points")
+            name = f"{type(self.source).__name__}.nearest()"
+            raise InputError(f"{name} returned no 'point'; for points(), return a mapping of 'distance' and 'point'")
         return points
 
     def drawn(self, rows: IntArray) -> Sequence[AnyGeometry]:
@@ -272,8 +273,9 @@ class UserPrimitives(AnyGeometry):
             raise InputError(f"{name} returned {what}; expected {first!r}, and perhaps {others} and {names[-1]!r}")
         arrays = {key: np.asarray(values, np.float64) for key, values in columns.items()}
         for key, array in arrays.items():
-            if array.shape != ((len(ids), 3) if key == "point" else ids.shape):
-                raise InputError(f"{name} returned {key!r} of shape {array.shape} for {len(ids)} pairs")
+            expected = (len(ids), 3) if key == "point" else ids.shape
+            if array.shape != expected:
+                raise InputError(f"{name} returned {key!r} of shape {array.shape}; expected {expected}, a row a pair")
         return arrays
 
 

@@ -103,6 +103,9 @@ def test_spheres_and_several_parts() -> None:
         assert_same(found, fl.brute_force_pairs(several, 0.1))
     first_part = found[found.j < 80]
     assert np.array_equal(first_part.j, pairs.j)
+    assert np.array_equal(found.part_i, several.split(found.i)[0])
+    assert set(first_part.part_j) == {0}
+    assert pairs.part_i is None
     assert np.allclose(first_part.distance, pairs.distance, atol=1e-6)
 
 

@@ -305,6 +305,8 @@ def test_pairs_are_chosen_and_pickled() -> None:
     assert repr(pairs) == f"<Pairs: {len(pairs)} pairs>"
     near = pairs[pairs.distance < 0.1]
     assert np.array_equal(near.points(), pairs.points()[pairs.distance < 0.1])
+    assert (repr(pairs[3]), pairs[3].i[0], pairs[-1].j[0]) == ("<Pairs: 1 pair>", pairs.i[3], pairs.j[-1])
+    assert [pair.i[0] for pair in pairs] == pairs.i.tolist()
     assert pairs.row_i.tolist() == pairs.i.tolist()
     assert pairs.row_j.tolist() == pairs.j.tolist()
     copied = pickle.loads(pickle.dumps(pairs))

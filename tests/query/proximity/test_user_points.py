@@ -101,7 +101,7 @@ def test_clipped_boxes_count_once() -> None:
         got = getattr(tree, query)(points, **how)
         assert_same(got, fl.brute_force_points(rings, points, query=query, **how))
     assert tree.nearest([0, 3, 0]).u == 0.25
-    with pytest.raises(fl.InputError, match=r"Rings.nearest\(\) returned no 'point'; add it, \(m, 3\), for points"):
+    with pytest.raises(fl.InputError, match=r"Rings.nearest\(\) returned no 'point'; for points\(\), return a mapping"):
         tree.nearest(points).points()
 
 
@@ -124,7 +124,7 @@ class Given:
 @pytest.mark.parametrize(
     ("answer", "words"),
     [
-        (lambda ids: np.zeros(7), r"Given.nearest\(\) returned 'distance' of shape \(7,\) for 1 pairs"),
+        (lambda ids: np.zeros(7), r"nearest\(\) returned 'distance' of shape \(7,\); expected \(1,\)"),
         (lambda ids: {"u": ids}, r"returned no 'distance'; expected 'distance', and perhaps 'u' and 'point'"),
         (lambda ids: {"distance": ids, "t": ids}, "returned 't'"),
         (lambda ids: {"distance": ids, "point": ids}, r"returned 'point' of shape \(1,\)"),

@@ -26,7 +26,7 @@ class Pairs(Shown):
     ----------
     i, j : (n,) int64
         The two primitives. In pairs of one tree i < j; with another tree, j counts the primitives of that. In a
-        `Geometry` they count over all parts, as ``hits.prim_number`` does.
+        `Geometry` they count over all parts, as ``hits.prim_number`` does; `part_i` and `part_j` are the parts.
     s, t : (n,) float32
         Where i is nearest to j, from 0 to 1 along it, and where j is nearest to i.
     distance : (n,) float32
@@ -62,8 +62,9 @@ class Pairs(Shown):
         return f"<Pairs: {counted(len(self), 'pairs')}>"
 
     def __getitem__(self, rows: Any) -> Pairs:
-        """Return some of the pairs: by a slice, an array of positions, or a mask."""
-        i, j, s, t, distance = (column[rows] for column in (self.i, self.j, self.s, self.t, self.distance))
+        """Return some of the pairs: by a slice, an array of positions, a mask, or one position."""
+        columns = self.i, self.j, self.s, self.t, self.distance
+        i, j, s, t, distance = (column[rows].reshape(-1) for column in columns)
         return Pairs(i, j, s, t, distance, self.surface, self.geometry, self.other)
 
     @property
@@ -75,6 +76,16 @@ class Pairs(Shown):
     def strand_j(self) -> IntArray:
         """The strand of each j, (n,) int64; -1 for none."""
         return self._known()[1].strands_of(self.j)
+
+    @property
+    def part_i(self) -> IntArray | None:
+        """The part of a `Geometry` that each i is of, (n,) int64; None for a single container."""
+        return self._known()[0].split(self.i)[0]
+
+    @property
+    def part_j(self) -> IntArray | None:
+        """The part of a `Geometry` that each j is of, (n,) int64; None for a single container."""
+        return self._known()[1].split(self.j)[0]
 
     @property
     def row_i(self) -> IntArray:

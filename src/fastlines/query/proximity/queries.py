@@ -172,6 +172,11 @@ class ProximityQueries:
         radius : number or (…) array
             In units of the coordinates: one for all points or one for each. Distances are at most this.
 
+        Returns
+        -------
+        Within
+            Flat arrays with ``offsets``: entries ``offsets[i]`` to ``offsets[i + 1]`` are those of point i.
+
         Notes
         -----
         This is not a ray query with ``t_min = t_max = 0``, which rounds points to float32 first. A primitive takes 16
@@ -194,7 +199,12 @@ class ProximityQueries:
 
     @shows_point_options
     def count_within(self, points: npt.ArrayLike, radius: npt.ArrayLike, **options: Unpack[PointOptions]) -> IntArray:
-        """Count the primitives within a radius of each point, as int64 of the shape of the points; see `within`.
+        """Count the primitives within a radius of each point; `within` takes the same parameters, and lists them.
+
+        Returns
+        -------
+        (…) int64 array
+            Of the shape of the points.
 
         Examples
         --------

@@ -12,9 +12,10 @@ from html import escape
 from typing import TYPE_CHECKING, Any
 
 from ...query.found_prims import FoundPrims
+from ...query.proximity.pairs import Pairs
 from ...structure.tree_data import TreeData
 from .facts import Fact, geometry_facts, tree_facts
-from .hit_facts import hit_facts
+from .hit_facts import hit_facts, pair_facts
 from .sketch import Sketch, sketch
 from .thumbnail import HEIGHT, WIDTH, draw_sketch, to_png
 
@@ -45,6 +46,8 @@ def card(shown: Any) -> str:
     """
     if isinstance(shown, FoundPrims):
         return _face("", title(shown), hit_facts(shown))
+    if isinstance(shown, Pairs):
+        return _face("", title(shown), pair_facts(shown))
     drawn, image = picture_of(shown)
     if image is None:
         picture = f'<div style="{EMPTY}">nothing to draw</div>'
@@ -64,7 +67,7 @@ def _face(picture: str, name: str, facts: Iterable[Fact]) -> str:
 
 def thumbnail(shown: Any) -> bytes | None:
     """Return the picture of a card as PNG; None where there is nothing to draw."""
-    if isinstance(shown, FoundPrims):
+    if isinstance(shown, FoundPrims | Pairs):
         return None
     image = picture_of(shown)[1]
     return None if image is None else to_png(image)

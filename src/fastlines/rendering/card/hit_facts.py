@@ -10,8 +10,10 @@ from ...arrays import AnyArray, IntArray
 from ...query.compressed_rows import CompressedRows
 from ...query.found_prims import FoundPrims
 from ...query.hit_geometry import HitGeometry
+from ...query.proximity.along import Along
 from ...query.proximity.near_prims import NearPrims
 from ...query.proximity.nearest import Nearest
+from ...query.proximity.pairs import Pairs
 from ...support.distinct import distinct
 from ...support.texts import listed, range_text
 from .facts import Fact
@@ -27,17 +29,7 @@ def hit_facts(hits: FoundPrims) -> Iterator[Fact]:
     >>> dict(hit_facts(tree.first_hit([[0, 0, -5], [9, 9, 9]], [0, 0, 1], 0.5)))["that hit"]
     '1, 50 %'
     """
-    is_near = isinstance(hits, NearPrims)
-    noun, with_any, entries = ("point", "with an answer", "answers") if is_near else ("ray", "that hit", "hits")
-    counts = hits.counts if isinstance(hits, CompressedRows | Nearest) else (hits.prim >= 0).astype(int)
-    n, shape, n_with_any, n_found = counts.size, counts.shape, int((counts > 0).sum()), int(counts.sum())
-    yield f"{noun}s", f"{n:,}" + (f", {' × '.join(map(str, shape))}" if len(shape) > 1 else "")
-    if n:
-        yield with_any, f"{n_with_any:,}, {100 * n_with_any / n:.3g} %"
-    if n and (isinstance(hits, CompressedRows) or (isinstance(hits, Nearest) and hits.k != 1)):
-        yield entries, f"{n_found:,}, {n_found / n:.3g} a {noun}, {int(counts.max()):,} at most"
-    if len(hits.skipped):
-        yield f"invalid {noun}s", f"{len(hits.skipped):,}, which miss"
+    yield from [("primitives", f"{len(hits):,}")] if isinstance(hits, Along) else _query_facts(hits)
     found = hits.prim >= 0
     if found.any():
         part = 0 if hits.part is None else hits.part[found]
@@ -52,6 +44,40 @@ def hit_facts(hits: FoundPrims) -> Iterator[Fact]:
             yield "hits of parts", listed(f"{number}: {n:,}" for number, n in pairs)
     if hits.geometry is not None:
         yield "of", hits.geometry.count_text()
+
+
+def pair_facts(pairs: Pairs) -> Iterator[Fact]:
+    """Yield what is known of pairs.
+
+    Examples
+    --------
+    >>> import fastlines as fl
+    >>> dict(pair_facts(fl.build([[[-1, 0, 0], [1, 0, 0]], [[0, -1, 3], [0, 1, 3]]]).pairs(5)))["of"]
+    '2 segments'
+    """
+    yield "pairs", f"{len(pairs):,}"
+    if len(pairs):
+        yield "distance", _range(pairs.distance) + (", of surfaces" if pairs.surface else "")
+        yield "different prims", f"i: {len(distinct(pairs.i)):,}, j: {len(distinct(pairs.j)):,}"
+    if pairs.geometry is not None:
+        yield "of", pairs.geometry.count_text()
+    if pairs.other is not None and pairs.other is not pairs.geometry:
+        yield "with", pairs.other.count_text()
+
+
+def _query_facts(hits: FoundPrims) -> Iterator[Fact]:
+    """Yield how many rays or points have answers."""
+    is_near = isinstance(hits, NearPrims)
+    noun, with_any, entries = ("point", "with an answer", "answers") if is_near else ("ray", "that hit", "hits")
+    counts = hits.counts if isinstance(hits, CompressedRows | Nearest) else (hits.prim >= 0).astype(int)
+    n, shape, n_with_any, n_found = counts.size, counts.shape, int((counts > 0).sum()), int(counts.sum())
+    yield f"{noun}s", f"{n:,}" + (f", {' × '.join(map(str, shape))}" if len(shape) > 1 else "")
+    if n:
+        yield with_any, f"{n_with_any:,}, {100 * n_with_any / n:.3g} %"
+    if n and (isinstance(hits, CompressedRows) or (isinstance(hits, Nearest) and hits.k != 1)):
+        yield entries, f"{n_found:,}, {n_found / n:.3g} a {noun}, {int(counts.max()):,} at most"
+    if len(hits.skipped):
+        yield f"invalid {noun}s", f"{len(hits.skipped):,}, which miss"
 
 
 def _range(values: AnyArray) -> str:
