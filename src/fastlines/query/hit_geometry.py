@@ -20,6 +20,7 @@ OUTSIDE = 2.0**-20
 class HitGeometry(FoundPrims):
     """The geometry of hits: every array has their shape, and NaN for a miss."""
 
+    skipped: IntArray
     t: FloatArray
     t_out: FloatArray | None
     rays: RayBatch | None

@@ -12,12 +12,13 @@ from ..arrays import IntArray
 from ..errors import InputError
 from ..geometry.any_geometry import AnyGeometry
 from ..support.computed_once import computed_once
+from ..support.display import Shown
 from ..support.immutable import own
 
 Self = TypeVar("Self")
 
 
-class PrimNumbers:
+class PrimNumbers(Shown):
     """Primitives of a geometry; -1 is a miss."""
 
     prim: IntArray

@@ -16,6 +16,7 @@ from .points import PointBatch
 class NearPrims(FoundPrims):
     """Primitives near to points: every array has their shape, and NaN for a miss."""
 
+    skipped: IntArray
     query_points: PointBatch | None
 
     unpickled = ("geometry", "query_points")

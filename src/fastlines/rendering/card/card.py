@@ -11,7 +11,8 @@ from collections.abc import Iterable
 from html import escape
 from typing import TYPE_CHECKING, Any
 
-from ...query.found_prims import FoundPrims
+from ...query.prim_numbers import PrimNumbers
+from ...query.proximity.pairs import Pairs
 from ...structure.tree_data import TreeData
 from .facts import Fact, geometry_facts, tree_facts
 from .hit_facts import hit_facts
@@ -43,7 +44,7 @@ def card(shown: Any) -> str:
     >>> "data:image/png;base64," in html, "<script" in html
     (True, False)
     """
-    if isinstance(shown, FoundPrims):
+    if isinstance(shown, PrimNumbers | Pairs):
         return _face("", title(shown), hit_facts(shown))
     drawn, image = picture_of(shown)
     if image is None:
@@ -64,7 +65,7 @@ def _face(picture: str, name: str, facts: Iterable[Fact]) -> str:
 
 def thumbnail(shown: Any) -> bytes | None:
     """Return the picture of a card as PNG; None where there is nothing to draw."""
-    if isinstance(shown, FoundPrims):
+    if isinstance(shown, PrimNumbers | Pairs):
         return None
     image = picture_of(shown)[1]
     return None if image is None else to_png(image)
