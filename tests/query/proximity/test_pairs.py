@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import pickle
 import zlib
 from collections.abc import Callable
@@ -309,5 +310,17 @@ def test_pairs_are_chosen_and_pickled() -> None:
     assert pairs.row_j.tolist() == pairs.j.tolist()
     copied = pickle.loads(pickle.dumps(pairs))
     assert_same(copied, pairs)
-    with pytest.raises(fl.InputError, match=r"do not know their geometry"):
+    assert copied.row_j.tolist() == pickle.loads(pickle.dumps(copied)).row_j.tolist() == pairs.j.tolist()
+    assert copied[::2].strand_i.tolist() == pairs.strand_i[::2].tolist()
+    assert not copied.row_i.flags.writeable
+    assert copy.deepcopy(pairs).geometry is rods
+    with pytest.raises(fl.InputError, match=r"does not know its geometry"):
         copied.points()
+
+
+def test_pairs_are_not_read_one_by_one() -> None:
+    pairs = fl.build([[[0, 0, 0], [1, 0, 0]], [[0, 1, 0], [1, 1, 0]]]).pairs(1)
+    assert len(pairs[:1]) == len(pairs[[0]]) == len(pairs[np.array([True])]) == 1
+    for rows in (0, np.int64(0), None):
+        with pytest.raises(fl.InputError, match=r"expected a slice, an array of positions, or a mask"):
+            pairs[rows]
