@@ -239,6 +239,7 @@ def test_pickles_and_copies() -> None:
             np.testing.assert_array_equal(copied.points(), found.points())
         assert len(pickle.dumps(found)) < 3000
     assert repr(TREE.nearest(points, 2, invalid="skip")) == "<Nearest: 3 points, 4 answers>"
+    assert repr(TREE.nearest([0, 0, 0])) == "<Nearest: 1 point, 1 answer>"
     assert repr(TREE.within(points, 2, invalid="skip")) == "<Within: 3 points, 3 primitives>"
 
 

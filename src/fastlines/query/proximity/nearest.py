@@ -86,7 +86,7 @@ class Nearest(NearPrims):
         return np.asarray(self.hit if self.k == 1 else self.hit.sum(axis=-1), np.int64)
 
     def __repr__(self) -> str:
-        return f"<Nearest: {counted(self.counts.size, 'points')}, {int(self.hit.sum()):,} answers>"
+        return f"<Nearest: {counted(self.counts.size, 'points')}, {counted(int(self.hit.sum()), 'answers')}>"
 
     @property
     def hit(self) -> npt.NDArray[np.bool_]:
