@@ -19,14 +19,14 @@ class Answer(Shown):
     geometry: AnyGeometry | None
 
     #: The fields that pickles leave out, besides what is computed once from them.
-    unpickled: ClassVar[tuple[str, ...]] = ("geometry",)
+    _unpickled: ClassVar[tuple[str, ...]] = ("geometry",)
 
     #: What is computed once from the geometry. Pickles have it in its place.
-    numbers: ClassVar[tuple[str, ...]] = ()
+    _in_pickles: ClassVar[tuple[str, ...]] = ()
 
     def _known(self) -> AnyGeometry:
         if self.geometry is None:
-            kept = " and ".join(f"`{name}`" for name in self.numbers)
+            kept = " and ".join(f"`{name}`" for name in self._in_pickles)
             raise InputError(f"this answer does not know its geometry: a pickle has {kept} in its place; query again")
         return self.geometry
 
@@ -37,15 +37,15 @@ class Answer(Shown):
 
     def __deepcopy__(self: Self, memo: dict[int, Any]) -> Self:
         copied = copy.copy(self)
-        shared = (*self.unpickled, *self.numbers)  # which no answer changes
+        shared = (*self._unpickled, *self._in_pickles)  # which no answer changes
         copied.__dict__.update({k: copy.deepcopy(v, memo) for k, v in self.__dict__.items() if k not in shared})
         return copied
 
     def __getstate__(self) -> dict[str, Any]:
-        known = {name: getattr(self, name) for name in self.numbers} if self.geometry is not None else {}
+        known = {name: getattr(self, name) for name in self._in_pickles} if self.geometry is not None else {}
         kept = {name: value for name, value in self.__dict__.items() if name != "_outwards"}
-        return kept | known | dict.fromkeys(self.unpickled)
+        return kept | known | dict.fromkeys(self._unpickled)
 
     def __setstate__(self, state: dict[str, Any]) -> None:
-        frozen = {name: own(state[name]) for name in self.numbers if name in state}
+        frozen = {name: own(state[name]) for name in self._in_pickles if name in state}
         self.__dict__.update(state | frozen)

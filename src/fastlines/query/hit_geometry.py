@@ -25,7 +25,7 @@ class HitGeometry(FoundPrims):
     t_out: FloatArray | None
     rays: RayBatch | None
 
-    unpickled = ("geometry", "rays")
+    _unpickled = ("geometry", "rays")
 
     def points(self, *, outside: bool = False) -> Float64Array:
         """Return the point of each hit on its ray, (…, 3) float64.

@@ -19,7 +19,7 @@ class PrimNumbers(Answer):
     prim: IntArray
     part: IntArray | None
 
-    numbers: ClassVar[tuple[str, ...]] = ("row", "strand")
+    _in_pickles: ClassVar[tuple[str, ...]] = ("row", "strand")
 
     @computed_once
     def row(self) -> IntArray:

@@ -19,7 +19,7 @@ class NearPrims(FoundPrims):
     skipped: IntArray
     query_points: PointBatch | None
 
-    unpickled = ("geometry", "query_points")
+    _unpickled = ("geometry", "query_points")
 
     def points(self) -> Float64Array:
         """Return the nearest point of each primitive, (…, 3) float64; the offset of the lines is added.

@@ -54,8 +54,8 @@ class Pairs(Answer):
     geometry: AnyGeometry | None = None
     other: AnyGeometry | None = None
 
-    unpickled = ("geometry", "other")
-    numbers = ("row_i", "row_j", "strand_i", "strand_j")
+    _unpickled = ("geometry", "other")
+    _in_pickles = ("row_i", "row_j", "strand_i", "strand_j")
 
     def __len__(self) -> int:
         return len(self.i)
@@ -70,7 +70,7 @@ class Pairs(Answer):
         i, j, s, t, distance = (column[rows] for column in (self.i, self.j, self.s, self.t, self.distance))
         found = Pairs(i, j, s, t, distance, self.surface, self.geometry, self.other)
         if self.geometry is None:  # of a pickle, which has these in its place
-            found.__dict__.update({name: own(getattr(self, name)[rows]) for name in self.numbers})
+            found.__dict__.update({name: own(getattr(self, name)[rows]) for name in self._in_pickles})
         return found
 
     @computed_once
