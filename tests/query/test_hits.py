@@ -125,7 +125,7 @@ def test_hits_made_by_hand_say_what_they_lack():
     nothing = np.zeros(0, np.float32)
     hits = fl.FirstHits(nothing, np.zeros(0, np.int64), nothing, nothing, None, np.zeros(0, np.int64))
     for same in (hits, copy.copy(hits), copy.deepcopy(hits), pickle.loads(pickle.dumps(hits))):
-        with pytest.raises(fl.InputError, match="do not know their geometry"):
+        with pytest.raises(fl.InputError, match="does not know its geometry"):
             same.row  # noqa: B018
 
 

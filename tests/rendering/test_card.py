@@ -203,22 +203,21 @@ def test_facts_of_hits():
     assert (twice["points"], twice["answers"]) == ("6, 3 × 2", "6, 1 a point, 2 at most")
     counts = {"points": "2", "with an answer": "1, 50 %", "answers": "1, 0.5 a point, 1 at most"}
     assert rows(tree.within(points, 0.5)) == counts | near
+    assert rows(tree.along([[0, 0.5, 0], [0, 9, 0]], 0.5)) == near
+    in_box = {"boxes": "1", "with an answer": "1, 100 %", "answers": "2, 2 a box, 2 at most"}
+    assert rows(tree.in_box([-1, -1, -1], [2, 1, 0])) == in_box | {
+        "different prims": "2",
+        "different strands": "1",
+        "of": "3 segments",
+    }
+    pairs = tree.pairs(1)
+    assert rows(pairs) == {"pairs": "1", "distance": "1", "of": "3 segments"}
+    assert rows(pickle.loads(pickle.dumps(pairs))) == {"pairs": "1", "distance": "1"}
+    thick = fl.build(LINES)
+    assert rows(thick.pairs(1, tree))["of"] == "30 segments and 3 segments"
+    assert rows(thick.pairs(1, tree))["distance"].endswith(", of surfaces")
+    assert rows(tree.pairs(0)) == {"pairs": "0", "of": "3 segments"}
     assert rows(parts)["hits of parts"] == f"0: {(parts.part == 0).sum():,}, 1: {(parts.part == 1).sum():,}"
-
-
-def test_facts_of_pairs_and_along():
-    tree, other = fl.build(STRANDS), fl.build(STRANDS.segments + np.float32([0, 0, 0.25]))
-    pairs = tree.pairs(0.25, other)
-    assert len(pairs) > 3
-    expected = {"pairs": f"{len(pairs):,}", "distance": "0.25", "different prims": "i: 3, j: 3"}
-    assert rows(pairs) == expected | {"of": "3 segments", "with": "3 segments"}
-    assert rows(pickle.loads(pickle.dumps(pairs))) == expected
-    assert rows(tree.pairs(0.5)) == {"pairs": "0", "of": "3 segments"}
-    thick = fl.build(STRANDS.with_radius(0.25)).pairs(0.5)
-    assert rows(thick)["distance"] == "0.5, of surfaces"
-    found = tree.along([[0, 0.5, 0], [0, 0.5, -9]], 0.5)
-    near = {"distance": "0.5", "different prims": "1", "different strands": "1", "of": "3 segments"}
-    assert rows(found) == {"primitives": "1"} | near
 
 
 def test_what_files_say_is_escaped():

@@ -9,16 +9,14 @@ import numpy.typing as npt
 
 from ..arrays import FloatArray, IntArray
 from ..geometry.hit_places import Float64Array, HitPlaces
-from ..support.display import Shown
 from .prim_numbers import PrimNumbers
 
 
-class FoundPrims(PrimNumbers, Shown):
+class FoundPrims(PrimNumbers):
     """Primitives of a geometry, with a place u on each; -1 is a miss. Floats are NaN for a miss."""
 
     u: FloatArray
     distance: FloatArray
-    skipped: IntArray
 
     def tangents(self) -> Float64Array:
         """Return the unit vector from start to end of each segment that was found, (…, 3) float64.

@@ -20,11 +20,12 @@ OUTSIDE = 2.0**-20
 class HitGeometry(FoundPrims):
     """The geometry of hits: every array has their shape, and NaN for a miss."""
 
+    skipped: IntArray
     t: FloatArray
     t_out: FloatArray | None
     rays: RayBatch | None
 
-    unpickled = ("geometry", "rays")
+    _unpickled = ("geometry", "rays")
 
     def points(self, *, outside: bool = False) -> Float64Array:
         """Return the point of each hit on its ray, (…, 3) float64.

@@ -2,30 +2,24 @@
 
 from __future__ import annotations
 
-import copy
 from collections.abc import Callable
-from typing import Any, ClassVar, TypeVar
+from typing import ClassVar
 
 import numpy as np
 
 from ..arrays import IntArray
-from ..errors import InputError
-from ..geometry.any_geometry import AnyGeometry
 from ..support.computed_once import computed_once
 from ..support.immutable import own
+from .answer import Answer
 
-Self = TypeVar("Self")
 
-
-class PrimNumbers:
+class PrimNumbers(Answer):
     """Primitives of a geometry; -1 is a miss."""
 
     prim: IntArray
-    geometry: AnyGeometry | None
     part: IntArray | None
 
-    #: The fields that pickles leave out, besides what is computed once from them.
-    unpickled: ClassVar[tuple[str, ...]] = ("geometry",)
+    _in_pickles: ClassVar[tuple[str, ...]] = ("row", "strand")
 
     @computed_once
     def row(self) -> IntArray:
@@ -53,31 +47,3 @@ class PrimNumbers:
     def prim_number(self) -> IntArray:
         """The primitive, counted over all parts of a `Geometry`; -1 for a miss. Else it is `prim`."""
         return self._known().number(self.part, self.prim)
-
-    def _known(self) -> AnyGeometry:
-        if self.geometry is None:
-            raise InputError(
-                "these hits do not know their geometry: a pickle has `row` and `strand` in its place; query again"
-            )
-        return self.geometry
-
-    def __copy__(self: Self) -> Self:
-        copied = object.__new__(type(self))
-        copied.__dict__.update(self.__dict__)
-        return copied
-
-    def __deepcopy__(self: Self, memo: dict[int, Any]) -> Self:
-        copied = copy.copy(self)
-        shared = (*self.unpickled, "row", "strand")  # type: ignore[attr-defined]  # which no answer changes
-        copied.__dict__.update({k: copy.deepcopy(v, memo) for k, v in self.__dict__.items() if k not in shared})
-        return copied
-
-    def __getstate__(self) -> dict[str, Any]:
-        # Pickle the row and the strand of each primitive instead of the geometry.
-        known = {"row": self.row, "strand": self.strand} if self.geometry is not None else {}
-        kept = {name: value for name, value in self.__dict__.items() if name != "_outwards"}
-        return kept | known | dict.fromkeys(self.unpickled)
-
-    def __setstate__(self, state: dict[str, Any]) -> None:
-        frozen = {name: own(state[name]) for name in ("row", "strand") if name in state}
-        self.__dict__.update(state | frozen)

@@ -55,6 +55,22 @@ def test_along_many_segments() -> None:
     assert len(found) > 20
 
 
+def test_ends_far_away_do_not_make_distances_coarse() -> None:
+    tree = fl.build(hair().with_radius(0.02))
+    middle, step = np.array([0.1, 0.2, 0.1]), np.array([0.3, -0.5, 0.81])
+    near = tree.along([middle - 4 * step, middle + 4 * step], 0.1)
+    far = tree.along([[1e7, 9, 0], middle - 1e7 * step, middle + 1e7 * step, [0, 1e8, 0]], 0.1)
+    assert len(near) > 20
+    assert np.array_equal(far.prim, near.prim)
+    assert np.allclose(far.distance, near.distance, rtol=0, atol=2.0**-20)
+    assert np.allclose(far.u, near.u, rtol=0, atol=1e-4)
+    assert (set(far.segment), set(far.s.round(5))) == ({1}, {0.5})
+    # Both ends are in the scene's box, but for rounding; what misses it finds nothing.
+    axis = fl.build([[[x, 0, 0], [x, 0, 1]] for x in range(3)]).along([[-1e9, 0, 0], [1e9, 0, 0]], 0)
+    assert (axis.prim.tolist(), axis.distance.tolist()) == ([0, 1, 2], [0, 0, 0])
+    assert len(tree.along([[9, -1e7, 0], [9, 1e7, 0], [1e9, 9, 9]], 0.1)) == 0
+
+
 def test_curves_are_found_once() -> None:
     rng = np.random.default_rng(4)
     curves = fl.Curves.from_bezier(rng.uniform(-1, 1, (50, 4, 3)))

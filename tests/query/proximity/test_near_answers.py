@@ -232,7 +232,7 @@ def test_pickles_and_copies() -> None:
         assert back.geometry is None
         assert back.query_points is None
         for ask in (back.points, back.tangents, lambda back=back: back.sample("fa")):
-            with pytest.raises(fl.InputError, match="do not know their geometry"):
+            with pytest.raises(fl.InputError, match="does not know its geometry"):
                 ask()
         for copied in (copy.copy(found), copy.deepcopy(found)):
             assert_same(copied, found)

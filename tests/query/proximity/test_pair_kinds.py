@@ -126,9 +126,9 @@ def test_shapes_that_many_leaves_list_are_found_once() -> None:
 def test_what_has_no_axis_is_refused() -> None:
     triangle, line = fl.Triangles([[[0, 0, 0], [1, 0, 0], [0, 1, 0]]]), fl.Lines.from_segments([[[0, 0, 1], [1, 0, 1]]])
     for geometry in (triangle, fl.Geometry([line, triangle])):
-        with pytest.raises(fl.InputError, match=r"not of 1 triangle; build a tree without them"):
+        with pytest.raises(fl.InputError, match=r"not for 1 triangle; build a tree without them"):
             fl.build(geometry).pairs(1)
-        with pytest.raises(fl.InputError, match=r"not of 1 triangle"):
+        with pytest.raises(fl.InputError, match=r"not for 1 triangle"):
             fl.build(line).pairs(1, fl.build(geometry))
-        with pytest.raises(fl.InputError, match=r"not of 1 triangle"):
+        with pytest.raises(fl.InputError, match=r"not for 1 triangle"):
             fl.build(geometry).along([[0, 0, 0], [1, 1, 1]], 1)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import pickle
 import zlib
 from collections.abc import Callable
@@ -13,7 +14,6 @@ from support import nasty
 
 import fastlines as fl
 from fastlines.engines import available_simd, engine
-from fastlines.query import memory_check
 from fastlines.query.proximity.pair_query import check_pairs
 from fastlines.threads import num_threads
 
@@ -219,7 +219,7 @@ def test_parts_together_are_the_answer(name: str) -> None:
     both = joined(list(tree.iter_pairs(0.1, other, max_bytes=68 * 500)))
     for name, column in both.items():
         assert np.array_equal(column, getattr(tree.pairs(0.1, other), name))
-    with pytest.raises(MemoryError, match=r"the pairs of primitive 0 alone are more than 5, which take max_bytes"):
+    with pytest.raises(MemoryError, match=r"primitive 0 alone has more than the 5 pairs that max_bytes holds"):
         list(tree.iter_pairs(9, max_bytes=68 * 5))
 
 
@@ -234,11 +234,12 @@ def test_parts_of_curves() -> None:
 def test_too_many_pairs_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("fastlines.query.proximity.pair_query.SMALL", 0)
     monkeypatch.setattr("fastlines.query.proximity.pair_query.left_memory", lambda: 68e3)
-    assert memory_check.left_memory is not None
     tree = fl.build(scene("crossing", 100)[0])
     assert len(tree.pairs(0.01)) <= 1000
     with pytest.raises(MemoryError, match=r"the pairs within 3 do not fit into memory.*or iter_pairs"):
         tree.pairs(3)
+    with pytest.raises(MemoryError, match=r"within 3 of each segment of the polyline does not fit into memory"):
+        tree.along(np.linspace([-1, 0, 0], [1, 0, 0], 50), 3)
 
 
 def test_the_same_call_serves_the_next_time_step() -> None:
@@ -311,5 +312,17 @@ def test_pairs_are_chosen_and_pickled() -> None:
     assert pairs.row_j.tolist() == pairs.j.tolist()
     copied = pickle.loads(pickle.dumps(pairs))
     assert_same(copied, pairs)
-    with pytest.raises(fl.InputError, match=r"do not know their geometry"):
+    assert copied.row_j.tolist() == pickle.loads(pickle.dumps(copied)).row_j.tolist() == pairs.j.tolist()
+    assert copied[::2].strand_i.tolist() == pairs.strand_i[::2].tolist()
+    assert not copied.row_i.flags.writeable
+    assert copy.deepcopy(pairs).geometry is rods
+    with pytest.raises(fl.InputError, match=r"does not know its geometry"):
         copied.points()
+
+
+def test_pairs_are_not_read_one_by_one() -> None:
+    pairs = fl.build([[[0, 0, 0], [1, 0, 0]], [[0, 1, 0], [1, 1, 0]]]).pairs(1)
+    assert len(pairs[:1]) == len(pairs[[0]]) == len(pairs[np.array([True])]) == 1
+    for rows in (0, np.int64(0), None):
+        with pytest.raises(fl.InputError, match=r"expected a slice, an array of positions, or a mask"):
+            pairs[rows]

@@ -32,6 +32,7 @@ def changed(row: int, to: Any) -> Any:
         (changed(2, -np.inf), {}, r"hold NaN or Inf \(row 2\)"),
         (changed(0, 2e12), {}, r"1 of 3 points are farther from the scene than 1e\+12 \(1e\+12 times .*\(row 0\)"),
         (changed(0, 1e300), {}, r"are farther from the scene"),
+        (np.full((3, 3), 1e308), {}, r"3 of 3 points are farther from the scene"),
         (
             POINTS,
             {"max_distance": -1},

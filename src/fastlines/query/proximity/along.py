@@ -81,15 +81,8 @@ def find_along(
     polyline: npt.ArrayLike, query: PairQuery, view: _core.LayoutView | None, callback: ProgressCallback | None
 ) -> Along:
     """Find what is along a polyline. The view is that of the layout, and None if there are no primitives."""
-    geometry, rows = query.geometry, polyline_rows(polyline, query.geometry)
-    columns: PairColumns = query.no_columns()
-    if view is not None:
-        corners = np.concatenate([rows.reshape(-1, 3).min(axis=0), rows.reshape(-1, 3).max(axis=0)]).tolist()
-        blocks, refs = np.zeros((0, 128), np.uint8), np.zeros((0, 2), np.uint32)
-        needle = _core.LayoutView("segments", rows, blocks, blocks, refs, corners, 0.0)
-        options = query.options(0, len(rows), most_pairs())
-        owners = None, query.owners()[0]
-        columns = engine.pairs(needle, view, owners, None, options, get_num_threads(), callback)
+    geometry, points = query.geometry, polyline_points(polyline, query.geometry)
+    columns = query.no_columns() if view is None else parts_near(points, query).pairs(query, view, callback)
     segment, row, s, u, distance = columns
     prim, u = geometry.parameter(row, u) if geometry.in_pieces else (row, u)
     # Keep the best segment of each primitive.
@@ -99,8 +92,8 @@ def find_along(
     return Along(found, u[best], distance[best], segment[best].view(np.int64), s[best], geometry, part)
 
 
-def polyline_rows(polyline: npt.ArrayLike, geometry: AnyGeometry) -> FloatArray:
-    """Check a polyline, and return its segments less the offset of the lines, (m - 1, 6) float32."""
+def polyline_points(polyline: npt.ArrayLike, geometry: AnyGeometry) -> Float64Array:
+    """Check a polyline, and return its points less the offset of the lines, (m, 3)."""
     given = to_float64(polyline, "polyline")
     if given.ndim != 2 or given.shape[1] != 3 or len(given) < 2:
         raise InputError(f"polyline has shape {given.shape}; expected (m, 3), with two points or more")
@@ -108,12 +101,57 @@ def polyline_rows(polyline: npt.ArrayLike, geometry: AnyGeometry) -> FloatArray:
     if geometry.offset != NO_OFFSET:
         points = given - np.array(geometry.offset)
         bounds = np.asarray(geometry.bounds, np.float32)
-        warn_of_coarse("polyline", polyline, points, geometry.offset, bounds)
+        warn_of_coarse("the points of a polyline", polyline, points, geometry.offset, bounds)
     bad = ~(np.abs(points) <= COORDINATE_LIMIT).all(axis=1)
     if bad.any():
         raise InputError(
             f"{int(bad.sum())} of {counted(len(points), 'points')} of the polyline hold NaN, Inf or a coordinate "
             f"beyond {COORDINATE_LIMIT:g}; leave them out"
         )
-    rounded = points.astype(np.float32)
-    return np.ascontiguousarray(np.concatenate([rounded[:-1], rounded[1:]], axis=1))
+    return points
+
+
+@dataclass(frozen=True, eq=False)
+class NearParts:
+    """The parts of the segments of a polyline that come near a scene: what is far away would make float32 coarse."""
+
+    #: Both ends of each part, (n, 6).
+    rows: FloatArray
+    #: The segment of each part, and where on it the part begins and ends.
+    segment: IntArray
+    begin: Float64Array
+    end: Float64Array
+
+    def pairs(self, query: PairQuery, view: _core.LayoutView, callback: ProgressCallback | None) -> PairColumns:
+        """Find the pairs of a segment of the polyline and a row of the core."""
+        if not len(self.rows):
+            return query.no_columns()
+        ends = self.rows.reshape(-1, 3)
+        corners = np.concatenate([ends.min(axis=0), ends.max(axis=0)]).tolist()
+        blocks, refs = np.zeros((0, 128), np.uint8), np.zeros((0, 2), np.uint32)
+        needle = _core.LayoutView("segments", self.rows, blocks, blocks, refs, corners, 0.0)
+        options = query.options(0, len(self.rows), most_pairs())
+        owners = None, query.owners()[0]
+        found: PairColumns = engine.pairs(needle, view, owners, None, options, get_num_threads(), callback)
+        part, row, s, u, distance = found
+        begin, end = self.begin[part], self.end[part]
+        return self.segment[part], row, np.asarray(begin + s * (end - begin), np.float32), u, distance
+
+
+def parts_near(points: Float64Array, query: PairQuery) -> NearParts:
+    """Cut the segments between points to a box that holds all that a query can find, at least thrice the scene's."""
+    low, high = query.geometry.bounds.astype(np.float64)
+    margin = float((high - low).max() + max(abs(low).max(), abs(high).max())) + query.radius + query.geometry.max_radius
+    start, step = points[:-1], np.diff(points, axis=0)
+    # Find where each segment enters and leaves the slab of each axis.
+    with np.errstate(divide="ignore", invalid="ignore"):
+        planes = (np.stack([low - margin, high + margin])[:, None] - start) / step
+    is_in = (low - margin <= start) & (start <= high + margin)
+    planes[:, step == 0] = np.where(is_in[step == 0], [[-np.inf], [np.inf]], np.nan)
+    begin = np.maximum(planes.min(axis=0).max(axis=1), 0)
+    end = np.minimum(planes.max(axis=0).min(axis=1), 1)
+    segment = np.flatnonzero(begin <= end)
+    begin, end, start, step = begin[segment], end[segment], start[segment], step[segment]
+    first, last = (start + at[:, None] * step for at in (begin, end))
+    last = np.where(end[:, None] == 1, points[segment + 1], last)
+    return NearParts(np.concatenate([first, last], axis=1).astype(np.float32), segment, begin, end)

@@ -16,9 +16,10 @@ from .points import PointBatch
 class NearPrims(FoundPrims):
     """Primitives near to points: every array has their shape, and NaN for a miss."""
 
+    skipped: IntArray
     query_points: PointBatch | None
 
-    unpickled = ("geometry", "query_points")
+    _unpickled = ("geometry", "query_points")
 
     def points(self) -> Float64Array:
         """Return the nearest point of each primitive, (…, 3) float64; the offset of the lines is added.

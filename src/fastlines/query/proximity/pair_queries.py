@@ -16,6 +16,7 @@ from ...geometry.collection import as_geometry
 from ...geometry.user_primitives import Primitives
 from ...progress import ProgressCallback, ProgressOption, reporting
 from ...support.computed_once import computed_once
+from ...support.texts import counted
 from ...threads import get_num_threads
 from .along import Along, find_along
 from .pair_query import PAIR_BYTES, SORTING_BYTES, PairColumns, PairQuery, check_pairs, most_pairs
@@ -167,8 +168,8 @@ class PairQueries:
                 except MemoryError as error:
                     if end - begin == 1:
                         raise MemoryError(
-                            f"the pairs of primitive {begin} alone are more than {most:,}, which take max_bytes; raise "
-                            "it, or use a smaller radius"
+                            f"primitive {begin} alone has more than the {counted(most, 'pairs')} that max_bytes holds; "
+                            "raise it, or use a smaller radius"
                         ) from error
                     size = max(1, (end - begin) // MORE)
                     continue
@@ -204,6 +205,8 @@ class PairQueries:
         ------
         InputError
             If there are fewer than two points, or one is not finite; or as `pairs` does.
+        MemoryError
+            If what is near each segment of the polyline does not fit into memory.
 
         Examples
         --------
@@ -215,7 +218,13 @@ class PairQueries:
         query = check_pairs(self.geometry, None, radius, 0, False, to, None)
         view = None if query.is_empty else self.layout.view
         with reporting(progress, "along") as callback:
-            return find_along(polyline, query, view, callback)
+            try:
+                return find_along(polyline, query, view, callback)
+            except MemoryError as error:
+                raise MemoryError(
+                    f"what is within {query.radius:g} of each segment of the polyline does not fit into memory; use a "
+                    "smaller radius, or a polyline of fewer points"
+                ) from error
 
     @computed_once
     def _strand_places(self) -> StrandPlaces | None:

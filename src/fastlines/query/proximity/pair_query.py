@@ -108,8 +108,8 @@ def _require_axes(geometry: AnyGeometry) -> None:
     for part in geometry.each_part():
         if len(part) and not part.has_axes:
             raise InputError(
-                f"pairs and along are queries of lines, spheres and curves, not of {part.count_text()}; build a tree "
-                "without them"
+                f"distances between primitives are known for lines, spheres and curves, and not for "
+                f"{part.count_text()}; build a tree without them"
             )
 
 

@@ -2,24 +2,22 @@
 
 from __future__ import annotations
 
-import copy
 from dataclasses import dataclass
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 
 from ...arrays import FloatArray, IntArray
-from ...errors import InputError
 from ...geometry.any_geometry import AnyGeometry
 from ...geometry.hit_places import Float64Array, HitPlaces
-from ...support.display import Shown
+from ...support.computed_once import computed_once
+from ...support.immutable import own
 from ...support.texts import counted
-
-Self = TypeVar("Self")
+from ..answer import Answer
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Pairs(Shown):
+class Pairs(Answer):
     """Pairs of primitives within a radius of each other, sorted by (i, j); `Tree.pairs` finds them.
 
     Attributes
@@ -35,7 +33,7 @@ class Pairs(Shown):
     surface : bool
         Whether distances are to surfaces.
     geometry, other : Lines, Geometry or another container, or None
-        What i counts, and what j counts. A pickle leaves them out.
+        What i counts, and what j counts. A pickle has `row_i`, `row_j`, `strand_i` and `strand_j` in their place.
 
     Examples
     --------
@@ -55,6 +53,9 @@ class Pairs(Shown):
     geometry: AnyGeometry | None = None
     other: AnyGeometry | None = None
 
+    _unpickled = ("geometry", "other")
+    _in_pickles = ("row_i", "row_j", "strand_i", "strand_j")
+
     def __len__(self) -> int:
         return len(self.i)
 
@@ -65,37 +66,40 @@ class Pairs(Shown):
         """Return some of the pairs: by a slice, an array of positions, a mask, or one position."""
         columns = self.i, self.j, self.s, self.t, self.distance
         i, j, s, t, distance = (column[rows].reshape(-1) for column in columns)
-        return Pairs(i, j, s, t, distance, self.surface, self.geometry, self.other)
+        found = Pairs(i, j, s, t, distance, self.surface, self.geometry, self.other)
+        if self.geometry is None:  # of a pickle, which has these in its place
+            found.__dict__.update({name: own(getattr(self, name)[rows].reshape(-1)) for name in self._in_pickles})
+        return found
 
-    @property
+    @computed_once
     def strand_i(self) -> IntArray:
         """The strand of each i, (n,) int64; -1 for none. Each part of a `Geometry` counts its own strands."""
-        return self._known()[0].strands_of(self.i)
+        return own(self._known().strands_of(self.i))
 
-    @property
+    @computed_once
     def strand_j(self) -> IntArray:
         """The strand of each j, (n,) int64; -1 for none."""
-        return self._known()[1].strands_of(self.j)
+        return own(self._second().strands_of(self.j))
 
     @property
     def part_i(self) -> IntArray | None:
         """The part of a `Geometry` that each i is of, (n,) int64; None for a single container."""
-        return self._known()[0].split(self.i)[0]
+        return self._known().split(self.i)[0]
 
     @property
     def part_j(self) -> IntArray | None:
         """The part of a `Geometry` that each j is of, (n,) int64; None for a single container."""
-        return self._known()[1].split(self.j)[0]
+        return self._second().split(self.j)[0]
 
-    @property
+    @computed_once
     def row_i(self) -> IntArray:
         """The row of the input that each i was, (n,) int64; it differs from i where rows of the input were skipped."""
-        return self._known()[0].rows_of(self.i)
+        return own(self._known().rows_of(self.i))
 
-    @property
+    @computed_once
     def row_j(self) -> IntArray:
         """The row of the input that each j was, (n,) int64."""
-        return self._known()[1].rows_of(self.j)
+        return own(self._second().rows_of(self.j))
 
     def points(self) -> Float64Array:
         """Return the nearest points of each pair, (n, 2, 3) float64: that of i, then that of j.
@@ -110,7 +114,7 @@ class Pairs(Shown):
         >>> fl.build(rods).pairs(2).points()[0].tolist()
         [[0.0, 0.0, 1.0], [0.0, 0.0, 2.0]]
         """
-        first, second = self._known()
+        first, second = self._known(), self._second()
         at = [HitPlaces.without_rays(prim, u.astype(np.float64)) for prim, u in ((self.i, self.s), (self.j, self.t))]
         axes = [of.nearest_at(places, False) for of, places in zip((first, second), at, strict=True)]
         if self.surface:
@@ -118,23 +122,8 @@ class Pairs(Shown):
             axes = [of.nearest_at(places, True) for of, places in zip((first, second), towards, strict=True)]
         return np.asarray(np.stack(axes, axis=1) + np.array(first.offset))
 
-    def _known(self) -> tuple[AnyGeometry, AnyGeometry]:
-        if self.geometry is None or self.other is None:
-            raise InputError("these pairs do not know their geometry, which a pickle leaves out; query again")
-        return self.geometry, self.other
-
-    def __copy__(self: Self) -> Self:
-        copied = object.__new__(type(self))
-        copied.__dict__.update(self.__dict__)
-        return copied
-
-    def __deepcopy__(self: Self, memo: dict[int, Any]) -> Self:
-        copied, shared = copy.copy(self), ("geometry", "other")
-        copied.__dict__.update({k: copy.deepcopy(v, memo) for k, v in self.__dict__.items() if k not in shared})
-        return copied
-
-    def __getstate__(self) -> dict[str, Any]:
-        return self.__dict__ | {"geometry": None, "other": None}
-
-    def __setstate__(self, state: dict[str, Any]) -> None:
-        self.__dict__.update(state)
+    def _second(self) -> AnyGeometry:
+        """Return what the second primitives are of."""
+        self._known()
+        assert self.other is not None
+        return self.other

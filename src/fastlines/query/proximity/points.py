@@ -92,13 +92,13 @@ def check_points(geometry: AnyGeometry, box: FloatArray, given: PointArguments) 
     points.flags.writeable = False
     batch = PointBatch(shape, points, radius, surface, ignored=ignored, parts=parts)
     # Mostly the extremes show that all points are valid. NaN propagates to both.
-    farthest = max(-points.min(), points.max()) if len(points) else 0.0
+    farthest = float(max(-points.min(), points.max())) if len(points) else 0.0
     if fits.all() and 2 * (farthest + max(map(abs, (*low, *high)))) <= largest:
         return batch
     with np.errstate(invalid="ignore", over="ignore"):
         to_corner = np.maximum(np.abs(points - low), np.abs(points - high))
         is_far = ~(np.sqrt((to_corner**2).sum(axis=1)) <= largest)
-    limit = f"{largest:g} ({RADIUS_LIMIT:g} times the scene's size)"
+    limit = f"{largest:g}" + (f" ({RADIUS_LIMIT:g} times the scene's size)" if len(geometry) else "")
     faults = {
         "hold NaN or Inf": ~np.isfinite(points).all(axis=1),
         f"are farther from the scene than {limit}": is_far,

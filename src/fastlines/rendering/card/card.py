@@ -11,11 +11,11 @@ from collections.abc import Iterable
 from html import escape
 from typing import TYPE_CHECKING, Any
 
-from ...query.found_prims import FoundPrims
+from ...query.prim_numbers import PrimNumbers
 from ...query.proximity.pairs import Pairs
 from ...structure.tree_data import TreeData
 from .facts import Fact, geometry_facts, tree_facts
-from .hit_facts import hit_facts, pair_facts
+from .hit_facts import hit_facts
 from .sketch import Sketch, sketch
 from .thumbnail import HEIGHT, WIDTH, draw_sketch, to_png
 
@@ -44,10 +44,8 @@ def card(shown: Any) -> str:
     >>> "data:image/png;base64," in html, "<script" in html
     (True, False)
     """
-    if isinstance(shown, FoundPrims):
+    if isinstance(shown, PrimNumbers | Pairs):
         return _face("", title(shown), hit_facts(shown))
-    if isinstance(shown, Pairs):
-        return _face("", title(shown), pair_facts(shown))
     drawn, image = picture_of(shown)
     if image is None:
         picture = f'<div style="{EMPTY}">nothing to draw</div>'
@@ -67,7 +65,7 @@ def _face(picture: str, name: str, facts: Iterable[Fact]) -> str:
 
 def thumbnail(shown: Any) -> bytes | None:
     """Return the picture of a card as PNG; None where there is nothing to draw."""
-    if isinstance(shown, FoundPrims | Pairs):
+    if isinstance(shown, PrimNumbers | Pairs):
         return None
     image = picture_of(shown)[1]
     return None if image is None else to_png(image)

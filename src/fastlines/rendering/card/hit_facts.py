@@ -10,7 +10,9 @@ from ...arrays import AnyArray, IntArray
 from ...query.compressed_rows import CompressedRows
 from ...query.found_prims import FoundPrims
 from ...query.hit_geometry import HitGeometry
+from ...query.prim_numbers import PrimNumbers
 from ...query.proximity.along import Along
+from ...query.proximity.in_box import InBox
 from ...query.proximity.near_prims import NearPrims
 from ...query.proximity.nearest import Nearest
 from ...query.proximity.pairs import Pairs
@@ -19,7 +21,7 @@ from ...support.texts import listed, range_text
 from .facts import Fact
 
 
-def hit_facts(hits: FoundPrims) -> Iterator[Fact]:
+def hit_facts(hits: PrimNumbers | Pairs) -> Iterator[Fact]:
     """Yield what is known of the answer of a query.
 
     Examples
@@ -29,13 +31,18 @@ def hit_facts(hits: FoundPrims) -> Iterator[Fact]:
     >>> dict(hit_facts(tree.first_hit([[0, 0, -5], [9, 9, 9]], [0, 0, 1], 0.5)))["that hit"]
     '1, 50 %'
     """
-    yield from [("primitives", f"{len(hits):,}")] if isinstance(hits, Along) else _query_facts(hits)
+    if isinstance(hits, Pairs):
+        yield from _pair_facts(hits)
+        return
+    if not isinstance(hits, Along):
+        yield from _facts_of_queries(hits)
     found = hits.prim >= 0
     if found.any():
         part = 0 if hits.part is None else hits.part[found]
         if isinstance(hits, HitGeometry):
             yield "t", _range(hits.t[found]) + (", at surfaces" if hits.t_out is not None else "")
-        yield "distance", _range(hits.distance[found])
+        if isinstance(hits, FoundPrims):
+            yield "distance", _range(hits.distance[found])
         yield "different prims", f"{_count_different(hits.prim[found], part):,}"
         if hits.geometry is not None and hits.geometry.n_strands:
             yield "different strands", f"{_count_different(hits.strand[found], part):,}"
@@ -46,38 +53,31 @@ def hit_facts(hits: FoundPrims) -> Iterator[Fact]:
         yield "of", hits.geometry.count_text()
 
 
-def pair_facts(pairs: Pairs) -> Iterator[Fact]:
-    """Yield what is known of pairs.
-
-    Examples
-    --------
-    >>> import fastlines as fl
-    >>> dict(pair_facts(fl.build([[[-1, 0, 0], [1, 0, 0]], [[0, -1, 3], [0, 1, 3]]]).pairs(5)))["of"]
-    '2 segments'
-    """
-    yield "pairs", f"{len(pairs):,}"
-    if len(pairs):
-        yield "distance", _range(pairs.distance) + (", of surfaces" if pairs.surface else "")
-        yield "different prims", f"i: {len(distinct(pairs.i)):,}, j: {len(distinct(pairs.j)):,}"
-    if pairs.geometry is not None:
-        yield "of", pairs.geometry.count_text()
-    if pairs.other is not None and pairs.other is not pairs.geometry:
-        yield "with", pairs.other.count_text()
-
-
-def _query_facts(hits: FoundPrims) -> Iterator[Fact]:
-    """Yield how many rays or points have answers."""
-    is_near = isinstance(hits, NearPrims)
-    noun, with_any, entries = ("point", "with an answer", "answers") if is_near else ("ray", "that hit", "hits")
+def _facts_of_queries(hits: PrimNumbers) -> Iterator[Fact]:
+    """Yield how many rays, points or boxes there are, and how much each has."""
+    noun, nouns, with_any, entries = "ray", "rays", "that hit", "hits"
+    if isinstance(hits, NearPrims | InBox):
+        noun, nouns = ("box", "boxes") if isinstance(hits, InBox) else ("point", "points")
+        with_any, entries = "with an answer", "answers"
     counts = hits.counts if isinstance(hits, CompressedRows | Nearest) else (hits.prim >= 0).astype(int)
     n, shape, n_with_any, n_found = counts.size, counts.shape, int((counts > 0).sum()), int(counts.sum())
-    yield f"{noun}s", f"{n:,}" + (f", {' × '.join(map(str, shape))}" if len(shape) > 1 else "")
+    yield nouns, f"{n:,}" + (f", {' × '.join(map(str, shape))}" if len(shape) > 1 else "")
     if n:
         yield with_any, f"{n_with_any:,}, {100 * n_with_any / n:.3g} %"
     if n and (isinstance(hits, CompressedRows) or (isinstance(hits, Nearest) and hits.k != 1)):
         yield entries, f"{n_found:,}, {n_found / n:.3g} a {noun}, {int(counts.max()):,} at most"
-    if len(hits.skipped):
-        yield f"invalid {noun}s", f"{len(hits.skipped):,}, which miss"
+    if isinstance(hits, HitGeometry | NearPrims) and len(hits.skipped):
+        yield f"invalid {nouns}", f"{len(hits.skipped):,}, which miss"
+
+
+def _pair_facts(pairs: Pairs) -> Iterator[Fact]:
+    """Yield what is known of pairs."""
+    yield "pairs", f"{len(pairs):,}"
+    if len(pairs):
+        yield "distance", _range(pairs.distance) + (", of surfaces" if pairs.surface else "")
+    if pairs.geometry is not None and pairs.other is not None:
+        both = (pairs.geometry,) if pairs.other is pairs.geometry else (pairs.geometry, pairs.other)
+        yield "of", " and ".join(each.count_text() for each in both)
 
 
 def _range(values: AnyArray) -> str:
