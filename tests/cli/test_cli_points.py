@@ -231,6 +231,7 @@ BAD_POINTS = {
     "cut.npy": (lambda path: path.write_bytes(b"\x93NUMPY"), "cannot be read as an array of points"),
     "cut.npz": (lambda path: path.write_bytes(b"PK\3\4"), "cannot be read as an array of points"),
     "empty.csv": (lambda path: path.write_text(""), "begins with nothing; expected a header with x, y and z"),
+    "twice.csv": (lambda path: path.write_text("x,y,z,X\n1,2,3,4\n"), "has several columns x; expected one each"),
     "lines.csv": (lambda path: path.write_text("id,way\n1,2\n"), "begins with id, way; expected a header"),
     "four.csv": (lambda path: path.write_text("1,2,3,4\n"), "three numbers in each row"),
     "words.csv": (

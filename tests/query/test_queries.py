@@ -218,7 +218,7 @@ def test_hits_of_no_ray(ray: int) -> None:
     tree = fl.build(np.array([[[0, 0, 0], [1, 0, 0]]], np.float32))
     hits = tree.all_hits(np.zeros((3, 3)), [0, 0, 1], 0.5)
     assert [hits.of(i) for i in range(3)] == [slice(i, i + 1) for i in range(3)]
-    with pytest.raises(fl.InputError, match=f"ray={ray}; expected a number from 0 to below 3"):
+    with pytest.raises(fl.InputError, match=f"ray={ray}; expected a whole number from 0 to below 3"):
         hits.of(ray)
 
 

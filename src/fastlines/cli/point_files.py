@@ -70,6 +70,8 @@ def _of_text(path: str, separator: str) -> npt.NDArray[Any]:
             raise InputError(
                 f"{path}: begins with {shown}; expected a header with x, y and z, or three numbers in each row"
             )
+        if has_header and (twice := [axis for axis in AXES if names.count(axis) > 1]):
+            raise InputError(f"{path}: has several columns {twice[0]}; expected one each of x, y and z")
         if not has_header:
             file.seek(0)
         columns = [names.index(axis) for axis in AXES] if has_header else [0, 1, 2]

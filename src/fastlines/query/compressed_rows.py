@@ -30,6 +30,7 @@ class CompressedRows:
     def _entries_of(self, name: str, row: int) -> slice:
         """Return the slice of the entries of a row, which errors call by its name."""
         n_rows, nouns = len(self.offsets) - 1, f"{name}{'es' if name.endswith('x') else 's'}"
-        if not 0 <= row < n_rows:
-            raise InputError(f"{name}={row}; expected a number from 0 to below {n_rows:,}, the number of {nouns}")
+        is_whole = isinstance(row, int | np.integer) and not isinstance(row, bool)
+        if not (is_whole and 0 <= row < n_rows):
+            raise InputError(f"{name}={row}; expected a whole number from 0 to below {n_rows:,}, the number of {nouns}")
         return slice(int(self.offsets[row]), int(self.offsets[row + 1]))

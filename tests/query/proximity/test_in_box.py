@@ -223,8 +223,11 @@ def test_the_answer_names_what_it_found() -> None:
     assert found.row.tolist() == found.prim.tolist() == [0, 1, 2, 0]
     assert (found.strands().tolist(), found.strands(1).tolist(), found.strands(2).tolist()) == ([0, 1], [0], [])
     assert lines.select(strands=found.strands()).n_strands == 2
-    with pytest.raises(fl.InputError, match="box=3; expected a number from 0 to below 3, the number of boxes"):
+    with pytest.raises(fl.InputError, match="box=3; expected a whole number from 0 to below 3, the number of boxes"):
         found.of(3)
+    for box in (1.5, "a", None, True):
+        with pytest.raises(fl.InputError, match="expected a whole number from 0 to below 3"):
+            found.of(box)
     kept = pickle.loads(pickle.dumps(found))
     assert kept.geometry is None
     assert (kept.strand == found.strand).all()
