@@ -318,11 +318,3 @@ def test_pairs_are_chosen_and_pickled() -> None:
     assert copy.deepcopy(pairs).geometry is rods
     with pytest.raises(fl.InputError, match=r"does not know its geometry"):
         copied.points()
-
-
-def test_pairs_are_not_read_one_by_one() -> None:
-    pairs = fl.build([[[0, 0, 0], [1, 0, 0]], [[0, 1, 0], [1, 1, 0]]]).pairs(1)
-    assert len(pairs[:1]) == len(pairs[[0]]) == len(pairs[np.array([True])]) == 1
-    for rows in (0, np.int64(0), None):
-        with pytest.raises(fl.InputError, match=r"expected a slice, an array of positions, or a mask"):
-            pairs[rows]
