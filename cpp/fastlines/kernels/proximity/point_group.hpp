@@ -3,11 +3,12 @@
 //
 // A node is visited once for all points of the group that may be near it. Its children are culled with the box around
 // the group, then each of those that are left with all 16 points; for few points, all 16 children with each of them. In
-// a leaf, pieces are culled one point at a time, and
-// pairs of a point and a piece wait until there are 16 of them for the exact test.
+// a leaf, pieces are culled one point at a time, and pairs of a point and a piece wait until there are 16 of them for
+// the exact test.
 #pragma once
 
 #include <bit>
+#include <new>
 #include <vector>
 
 #include "../../parallel/progress.hpp"
@@ -45,11 +46,7 @@ class GroupColumns {
   [[gnu::always_inline]] void add(std::uint32_t hit, FloatX16 of_distance, FloatX16 of_s, const std::uint32_t* of_row,
                                   const std::uint32_t* of_lane) {
     if (hit == 0) return;
-    if (row.size() < size_ + kSimdWidth) {
-      const std::size_t room = 2 * (size_ + std::size_t(kSimdWidth));
-      for (auto* column : {&distance, &s}) column->resize(room);
-      for (auto* column : {&row, &lane}) column->resize(room);
-    }
+    if (const std::size_t least = std::size_t(size_) + kSimdWidth; row.size() < least) grow(least);
     compress(hit, of_distance, distance.data() + size_);
     compress(hit, of_s, s.data() + size_);
     compress(hit, FloatX16::load(as_floats(of_row)), reinterpret_cast<float*>(row.data() + size_));
@@ -58,8 +55,26 @@ class GroupColumns {
   }
 
  private:
+  [[gnu::noinline]] void grow(std::size_t least) {
+    constexpr std::size_t most = 0xffff'0000;  // the sorter computes with 32 bits
+    if (least > most) throw std::bad_alloc();
+    const std::size_t room = std::min(2 * least, most);
+    for (auto* column : {&distance, &s}) column->resize(room);
+    for (auto* column : {&row, &lane}) column->resize(room);
+  }
+
   std::uint32_t size_ = 0;
 };
+
+/// Sort a list that is nearly in order: by insertion, or from scratch if that would take over four moves an entry.
+inline void sort_nearly_sorted(std::span<Neighbour> list) {
+  std::size_t n_moves = 0;
+  for (std::size_t i = 1; i < list.size(); ++i)
+    for (std::size_t j = i; j > 0 && list[j] < list[j - 1]; --j) {
+      if (++n_moves > 4 * list.size()) return std::sort(list.begin(), list.end());
+      std::swap(list[j], list[j - 1]);
+    }
+}
 
 /// The search of a layout for groups of points, for `PointsQuery`.
 template <RayPrimitive P>
@@ -67,6 +82,8 @@ class PointGroupSearch {
   static constexpr bool kRepeats = !AxisPrimitive<P>;
   /// The most points of a group for which a node is faster culled for each of them.
   static constexpr int kFewPoints = 6;
+  /// The fewest entries of lists that take so long to write that a query should be able to end.
+  static constexpr std::uint32_t kMany = 1 << 20;
 
  public:
   explicit PointGroupSearch(const WideBvhView<P>& tree) : tree_(tree) {}
@@ -74,7 +91,7 @@ class PointGroupSearch {
   /// Append the lists of a group of points with these ids, each sorted, and set the length of each.
   void list(std::span<const PointQuery> points, const std::size_t* ids, const Seen& seen, Checkpoint& checkpoint,
             std::vector<Neighbour>& to, std::uint32_t (&lengths)[kSimdWidth]) {
-    search(points, ids, seen, checkpoint);
+    search(points, ids, seen, checkpoint, nullptr);
     const std::uint32_t n = found_.size();
     if (n > 0) sorter_.sort(found_.lane.data(), found_.distance.data(), found_.row.data(), n, &checkpoint);
     for (std::uint32_t lane = 0; lane < points.size(); ++lane) {
@@ -83,9 +100,10 @@ class PointGroupSearch {
         for (std::uint32_t k = sorter_.begin(int(lane)); k < sorter_.begin(int(lane) + 1); ++k) {
           const std::uint32_t j = sorter_[k];
           to.push_back({found_.distance[j], found_.row[j], found_.s[j]});
-          // Those whose distances are closest together may be out of order.
-          for (std::size_t i = to.size() - 1; i > first && to[i] < to[i - 1]; --i) std::swap(to[i], to[i - 1]);
         }
+      if (n >= kMany) checkpoint.check();
+      // Those whose distances are closest together may be out of order.
+      sort_nearly_sorted(std::span(to).subspan(first));
       remove_repeats(seen, kRepeats, to, first);
       lengths[lane] = std::uint32_t(to.size() - first);
     }
@@ -94,9 +112,8 @@ class PointGroupSearch {
   /// Count the primitives that are near each point, where pieces know which of them owns a primitive.
   void count(std::span<const PointQuery> points, const std::size_t* ids, const Seen& seen, Checkpoint& checkpoint,
              std::uint32_t (&counts)[kSimdWidth]) {
-    search(points, ids, seen, checkpoint);
     std::fill(counts, counts + kSimdWidth, 0);
-    for (std::uint32_t j = 0; j < found_.size(); ++j) ++counts[found_.lane[j]];
+    search(points, ids, seen, checkpoint, counts);
   }
 
  private:
@@ -105,11 +122,14 @@ class PointGroupSearch {
     std::uint32_t node, lanes;
   };
 
-  /// Find every piece of a primitive that is within the radius of a point, and owns the nearest place.
-  void search(std::span<const PointQuery> points, const std::size_t* ids, const Seen& seen, Checkpoint& checkpoint) {
+  /// Find every piece of a primitive that is within the radius of a point, and owns the nearest place. With `counts`
+  /// they are counted for each point, and not kept.
+  void search(std::span<const PointQuery> points, const std::size_t* ids, const Seen& seen, Checkpoint& checkpoint,
+              std::uint32_t* counts) {
     load(points);
     ids_ = ids;
     seen_ = &seen;
+    counts_ = counts;
     n_pairs_ = 0;
     found_.clear();
     stack_.assign(1, {0, (1u << points.size()) - 1});
@@ -264,7 +284,8 @@ class PointGroupSearch {
         const int j = std::countr_zero(left);
         if (!seen_->sees(ids_[lane[j]], prims[j])) hit &= ~(1u << j);
       }
-    found_.add(hit, found.distance, found.s, prims, lane);
+    if (!counts_) return found_.add(hit, found.distance, found.s, prims, lane);
+    for (; hit; hit &= hit - 1) ++counts_[lane[std::countr_zero(hit)]];
   }
 
   const WideBvhView<P> tree_;
@@ -274,6 +295,7 @@ class PointGroupSearch {
   std::vector<Visit> stack_;
   const std::size_t* ids_ = nullptr;
   const Seen* seen_ = nullptr;
+  std::uint32_t* counts_ = nullptr;
   GroupColumns found_;
   HitSorter sorter_;
   std::uint32_t n_pairs_ = 0;

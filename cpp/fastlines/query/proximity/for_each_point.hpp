@@ -160,23 +160,24 @@ struct PointsQuery {
         });
   }
 
-  /// List what is near each point. set_length(i, length) is called for each, then use(worker, block) for each block.
-  template <class SetLength, class Use>
-  void for_each_list(const SetLength& set_length, const Use& use) const {
+  /// List what is near each point. take(worker, i, length) is called for each, which may drop all lists; then
+  /// use(worker, block) for each block.
+  template <class Take, class Use>
+  void for_each_list(const Take& take, const Use& use) const {
     for_each_block<ListWorker>(kMostListed, [&](ListWorker& worker, const Block& block) {
       worker.found.clear();
       if constexpr (kHasGroups)
         block.for_each_group(worker, [&](const std::size_t* ids, std::span<const PointQuery> group) {
           std::uint32_t lengths[kGroup];
           worker.group.list(group, ids, seen, worker.checkpoint, worker.found, lengths);
-          for (std::size_t j = 0; j < group.size(); ++j) set_length(ids[j], lengths[j]);
+          for (std::size_t j = 0; j < group.size(); ++j) take(worker, ids[j], lengths[j]);
         });
       else
         block.for_each(worker, [&](std::size_t i, const PointQuery& query) {
           WithinOfPoint within(query, i, seen, Search::kRepeats, worker.found);
           search(query, within, worker.scratch, worker.checkpoint);
           within.finish();
-          set_length(i, within.size());
+          take(worker, i, within.size());
         });
       use(worker, block);
     });
@@ -219,8 +220,12 @@ void PointsQuery<Search>::count(std::int64_t* to) const {
         });
       });
   }
-  for_each_list([&](std::size_t i, std::size_t length) { to[i] = std::int64_t(length); },
-                [](const ListWorker&, const Block&) {});
+  for_each_list(
+      [&](ListWorker& worker, std::size_t i, std::size_t length) {
+        to[i] = std::int64_t(length);
+        worker.found.clear();
+      },
+      [](const ListWorker&, const Block&) {});
 }
 
 template <class Search>
@@ -229,7 +234,9 @@ PointLists PointsQuery<Search>::list() const {
   PointLists lists;
   lists.offsets.assign(n + 1, 0);
   std::vector<LargeVector<Neighbour>> of_block(n_blocks(kMostListed));
-  const auto set_length = [&](std::size_t i, std::size_t length) { lists.offsets[i + 1] = std::int64_t(length); };
+  const auto set_length = [&](const ListWorker&, std::size_t i, std::size_t length) {
+    lists.offsets[i + 1] = std::int64_t(length);
+  };
   for_each_list(set_length, [&](const ListWorker& worker, const Block& block) {
     // Sort the lists into the order of the points.
     std::vector<std::size_t> place(block.end - block.begin + 1);

@@ -30,7 +30,9 @@ class PointOrder {
     std::array<std::array<std::uint32_t, kDigits + 1>, kPasses> begin{};  // where each digit begins, for each pass
     for (std::size_t i = 0; i < n; ++i) {
       std::uint32_t key = 0;
-      for (int k = 0; k < 3; ++k) key |= spread(std::uint32_t((coordinates[3 * i + k] - low[k]) * scale[k])) << k;
+      // The minimum is a cell even if boxes are so large or so small that the product is not a number.
+      for (int k = 0; k < 3; ++k)
+        key |= spread(std::uint32_t(std::min(kCells - 1, (coordinates[3 * i + k] - low[k]) * scale[k]))) << k;
       keys_[i] = std::uint64_t(key) << 32 | i;
       for (int pass = 0; pass < kPasses; ++pass) ++begin[pass][digit(keys_[i], pass) + 1];
     }
