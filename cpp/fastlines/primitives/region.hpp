@@ -46,16 +46,18 @@ struct Region {
     if (has(cone.axis)) return true;
     if (!(RoundCones::radius(cone) > 0.0f)) return false;
 
-    // List the s at which the axis crosses planes.
+    // List the s at which the axis crosses planes, in order.
     const Axis axis(cone);
     double s[8] = {0.0, 1.0};
     int n = 2;
     for (int k = 0; k < 3; ++k)
       for (const double plane : {lo[k], hi[k]}) {
         const double at = (plane - axis.p[k]) / axis.e[k];
-        if (at > 0.0 && at < 1.0) s[n++] = at;
+        if (!(at > 0.0 && at < 1.0)) continue;
+        int i = n++;
+        for (; s[i - 1] > at; --i) s[i] = s[i - 1];
+        s[i] = at;
       }
-    std::sort(s, s + n);
     for (int i = 0; i < n; ++i)
       if (has_ball(axis, s[i])) return true;
 

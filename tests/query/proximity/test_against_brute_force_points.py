@@ -114,6 +114,30 @@ def test_many_points_in_several_blocks(kind: str, simd: str) -> None:
         assert_same(tree.count_within(points, radius), expected[1].counts)
 
 
+@pytest.mark.parametrize("kind", ["none", "taper", "huge"])
+@pytest.mark.parametrize("scale", [1e-30, 1e28])
+def test_extreme_sizes(scale: float, kind: str) -> None:
+    """Coordinates and radii are near the least and the largest that float32 holds."""
+    rng = np.random.default_rng(6)
+    ends = np.concatenate([nasty.named_scene(name, 40) for name in ("crossing", "points", "duplicates")]) * scale
+    taper = rng.random((len(ends), 2)) ** 6 * scale
+    radius = {"none": None, "taper": taper, "huge": np.where(rng.random((len(ends), 2)) < 0.1, 90 * scale, taper)}[kind]
+    lines = fl.Lines.from_segments(ends, radius=radius)
+    points = nasty.targets(rng, ends.astype(np.float64), 100, 10 * scale)
+    radii = np.float32(scale * 10.0 ** rng.uniform(-6, 2, len(points)))
+    for to in ("axis", "surface"):
+        nearest = fl.brute_force_points(lines, points, k=3, to=to)
+        within = fl.brute_force_points(lines, points, radii, query="within", to=to)
+        for i, (name, how) in enumerate(BUILDS.items()):
+            simd, n_threads = WAYS[7 * i % len(WAYS)]
+            tree, which = build(lines, **how), f"{name}: {to=}, {simd=}, {n_threads=}"
+            fl.set_simd(simd)
+            fl.set_num_threads(n_threads)
+            assert_same(tree.nearest(points, k=3, to=to), nearest, which)
+            assert_same(tree.within(points, radii, to=to), within, which)
+            assert_same(tree.count_within(points, radii, to=to), within.counts, which)
+
+
 @pytest.mark.parametrize("offset", [None, "auto"])
 def test_places_far_from_zero(offset: str | None) -> None:
     rng = np.random.default_rng(5)
