@@ -14,6 +14,8 @@ from support.boxes import boxes_on
 from support.builds import ALL_KINDS, BUILDS, Balls, build
 
 import fastlines as fl
+from fastlines.query import memory_check
+from fastlines.threads import num_threads
 
 TREES = ["best", "bvh-cl", "kd-d2", "bvh-cl, Presplit(area=0.001, refs=None)"]
 INF = np.inf
@@ -273,3 +275,11 @@ def test_progress_rises_and_can_end_the_call(kind: str) -> None:
 
     with pytest.raises(KeyboardInterrupt):
         fl.brute_force_in_box(geometry, np.tile(low, (40, 1)), 1, progress=stop)
+
+
+def test_more_than_memory_holds(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(memory_check, "left_memory", lambda: 1e9)
+    tree = fl.build(np.random.default_rng(9).random((3000, 2, 3)))
+    says = r"in 400,000 boxes does not fit .*sample of .* boxes .* 1.0 GB are left; ask for fewer or smaller boxes"
+    with num_threads(1), pytest.raises(MemoryError, match=says):
+        tree.in_box(np.full((400_000, 3), -1.0), 1)

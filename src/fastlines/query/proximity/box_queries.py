@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from ... import _core
 from ...arrays import IntArray
-from ...engines import engine
+from ...engines import engine, is_given
 from ...geometry.any_geometry import AnyGeometry
 from ...geometry.collection import as_geometry
 from ...geometry.user_primitives import Primitives, UserPrimitives
@@ -19,6 +19,7 @@ from ...support.texts import counted
 from ...threads import get_num_threads
 from ..chunks import CHUNK_PAIRS
 from ..hit_lists import offsets_of
+from ..memory_check import MemoryCheck
 from .in_box import InBox
 from .regions import Regions
 
@@ -26,7 +27,10 @@ from .regions import Regions
 RowLists: TypeAlias = tuple[IntArray, IntArray]
 
 #: Finds the rows in checked boxes, with a number of threads and a callback.
-FindRows: TypeAlias = Callable[[int, ProgressCallback | None], RowLists]
+FindRows: TypeAlias = Callable[[Regions, int, ProgressCallback | None], RowLists]
+
+#: The bytes of a row in a list, and of its copy in the answer.
+ROW = 12
 
 
 class BoxQueries:
@@ -77,8 +81,8 @@ class BoxQueries:
         """
         regions = Regions.of(self.geometry, low, high, to)
 
-        def find(n_threads: int, callback: ProgressCallback | None) -> RowLists:
-            return engine.in_box(self.layout.view, regions.low, regions.high, regions.surface, n_threads, callback)
+        def find(some: Regions, n_threads: int, callback: ProgressCallback | None) -> RowLists:
+            return engine.in_box(self.layout.view, some.low, some.high, some.surface, n_threads, callback)
 
         return _listed(self.geometry, regions, find, progress)
 
@@ -112,9 +116,9 @@ def brute_force_in_box(
     known = as_geometry(geometry)
     regions = Regions.of(known, low, high, to)
 
-    def find(n_threads: int, callback: ProgressCallback | None) -> RowLists:
+    def find(some: Regions, n_threads: int, callback: ProgressCallback | None) -> RowLists:
         kind, rows = known.core_data()
-        return _core.in_box(kind, rows, regions.low, regions.high, regions.surface, n_threads, callback)
+        return _core.in_box(kind, rows, some.low, some.high, some.surface, n_threads, callback)
 
     return _listed(known, regions, None if known.has_user_code else find, progress)
 
@@ -126,16 +130,25 @@ def _listed(
     progress: ProgressOption,
 ) -> InBox:
     """List the primitives in regions, from the rows of the core there; without a function that finds rows, from all."""
+
+    def count_some(boxes: IntArray) -> IntArray:
+        return np.zeros(0, np.int64) if find is None else np.diff(find(regions.some(boxes), 1, None)[0])
+
+    memory = MemoryCheck(0 if find is None else len(regions), ROW, count_some, nouns="boxes")
     with reporting(progress, "in box") as callback:
+        # Without a sample, a module that counts steps counts those of this query alone.
+        watched = callback if is_given() else memory.watch(callback)
         try:
             offsets, prim = (np.zeros(len(regions) + 1, np.int64), np.zeros(0, np.int64))
             if geometry.has_user_code:
                 offsets, prim = _of_user(cast(UserPrimitives, geometry), regions, find, callback)
             elif find is not None:
-                offsets, prim = _joined(geometry, *find(get_num_threads(), callback))
+                offsets, prim = _joined(geometry, *find(regions, get_num_threads(), watched))
         except MemoryError as error:
+            why = f": {memory.refusal}" if memory.refusal else ""
             raise MemoryError(
-                f"what is in {counted(len(regions), 'boxes')} does not fit into memory; ask for fewer or smaller boxes"
+                f"what is in {counted(len(regions), 'boxes')} does not fit into memory{why}; ask for fewer or smaller "
+                "boxes"
             ) from error
     part, prim = geometry.split(prim.view(np.int64))
     return InBox(offsets.view(np.int64), prim, geometry, part)
@@ -157,7 +170,7 @@ def _of_user(
     """List primitives of the user's own: their method decides about those whose boxes are found, or about all."""
     primitives.require_in_box()
     n_boxes, n_prims = len(regions), len(primitives)
-    lists = None if find is None else _joined(primitives, *find(get_num_threads(), None))
+    lists = None if find is None else _joined(primitives, *find(regions, get_num_threads(), None))
     n_pairs = n_boxes * n_prims if lists is None else len(lists[1])
     boxes, prims = [np.zeros(0, np.int64)], [np.zeros(0, np.int64)]
     for begin in range(0, n_pairs, CHUNK_PAIRS):

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from ...arrays import is_on_device, to_float64
+from ...arrays import IntArray, is_on_device, to_float64
 from ...errors import InputError
 from ...geometry.any_geometry import AnyGeometry
 from ...geometry.hit_places import Float64Array
@@ -26,6 +26,10 @@ class Regions:
 
     def __len__(self) -> int:
         return len(self.low)
+
+    def some(self, boxes: IntArray) -> Regions:
+        """Return some of the boxes."""
+        return Regions(self.low[boxes], self.high[boxes], self.surface)
 
     @classmethod
     def of(cls, geometry: AnyGeometry, low: npt.ArrayLike, high: npt.ArrayLike, to: str | None) -> Regions:
