@@ -105,7 +105,7 @@ def test_the_same_hits_for_each_ray(left: Callable[[float], None]) -> None:
     with pytest.raises(MemoryError, match=r"sample of 16 rays .* about 5,000 million .* 100.0 GB, 40.0 GB are left"):
         looks(N_RAYS, all_alike)
     left(20 * 5000 * N_RAYS)
-    assert looks(N_RAYS, all_alike).refusal == ""
+    assert looks(N_RAYS, all_alike).why == ""
     # A small answer is not refused, whatever is said to be left, nor is one late: what it takes may have been taken.
     left(0)
     looks(1000, all_alike)
@@ -120,7 +120,7 @@ def test_what_just_fits_is_not_refused_by_bad_luck(share: float, left: Callable[
     left(20 * share * 1e6 * N_RAYS)
     for seed in range(300):
         random = np.random.default_rng(seed)
-        assert looks(N_RAYS, lambda rows: (random.random(len(rows)) < share) * 1_000_000).refusal == ""  # noqa: B023
+        assert looks(N_RAYS, lambda rows: (random.random(len(rows)) < share) * 1_000_000).why == ""  # noqa: B023
 
 
 def test_a_sample_is_small_and_spread(left: Callable[[float], None]) -> None:
@@ -147,7 +147,7 @@ def test_a_sample_that_can_not_be_taken_refuses_nothing(left: Callable[[float], 
         raise MemoryError
 
     left(0)
-    assert looks(N_RAYS, full).refusal == ""
+    assert looks(N_RAYS, full).why == ""
 
 
 # ---- Queries ----

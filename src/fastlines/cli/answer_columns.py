@@ -79,7 +79,7 @@ def columns_of_pairs(pairs: Pairs, points: bool = False) -> Columns:
 
 
 def columns_without_masks(columns: Columns) -> Columns:
-    """Return columns, those of which nothing is missing as plain arrays."""
+    """Return the columns; one without missing values becomes a plain array."""
     return {name: values if np.ma.is_masked(values) else np.ma.getdata(values) for name, values in columns.items()}
 
 

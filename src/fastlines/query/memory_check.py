@@ -16,6 +16,7 @@ from pathlib import Path, PurePosixPath
 import numpy as np
 
 from ..arrays import IntArray
+from ..engines import is_given
 from ..progress import ProgressCallback
 
 try:
@@ -41,8 +42,9 @@ ROOT = Path("/")
 class MemoryCheck:
     """Refuses a query whose hits will not fit into memory.
 
-    `count_hits` returns the numbers of hits of the rays in given rows, and no ray has more than `most_hits`. `refusal`
-    is the reason of a refusal, or empty. It calls the rays by their `nouns`: they may be points.
+    `count_hits` returns the numbers of hits of the rays in given rows, and no ray has more than `most_hits`. `why` is
+    what an error says after "do not fit into memory": nothing, or what the sample shows. `nouns` names the rays, which
+    may be points or boxes.
     """
 
     def __init__(
@@ -53,14 +55,19 @@ class MemoryCheck:
         most_hits: float = math.inf,
         nouns: str = "rays",
     ) -> None:
-        self.refusal, self._nouns = "", nouns
+        self.why, self._nouns = "", nouns
         self._n_rays, self._bytes_a_hit, self._count_hits = n_rays, bytes_a_hit, count_hits
         self._n_most = min(MOST, n_rays // ONE_OF) if n_rays * most_hits * bytes_a_hit > SMALL else 0
         self._addresses = left_addresses() if self._n_most >= AT_ONCE else math.inf
         self._counts = np.zeros(0, np.int64)
 
-    def watch(self, callback: ProgressCallback | None) -> ProgressCallback:
-        """Return a callback for the core that calls `look`, then `callback`."""
+    def watch(self, callback: ProgressCallback | None) -> ProgressCallback | None:
+        """Return a callback for the core that calls `look`, then `callback`.
+
+        A module that counts steps is to count those of this query alone, so it gets no sample.
+        """
+        if is_given():
+            return callback
 
         def look_and_call(share: float) -> None:
             self.look(share)
@@ -85,11 +92,12 @@ class MemoryCheck:
         needed = (mean - 3 * error) / 2 * (1 - share) * self._n_rays * self._bytes_a_hit
         if needed > SMALL and needed > (left := min(self._addresses, left_memory())):
             n_hits = mean * self._n_rays
-            self.refusal = (
+            sampled = (
                 f"by a sample of {len(self._counts)} {self._nouns} they are about {n_hits / 1e6:,.0f} million and take "
                 f"{n_hits * self._bytes_a_hit / 1e9:,.1f} GB, {max(left, 0) / 1e9:,.1f} GB are left"
             )
-            raise MemoryError(self.refusal)
+            self.why = f": {sampled}"
+            raise MemoryError(sampled)
 
 
 def left_bytes() -> float:

@@ -11,7 +11,6 @@ import numpy.typing as npt
 
 from .. import _core
 from ..arrays import FloatArray, IntArray, choice, count
-from ..engines import is_given
 from ..errors import InputError
 from ..geometry.any_geometry import AnyGeometry
 from ..geometry.collection import as_geometry
@@ -133,16 +132,14 @@ class Query:
 
         memory = MemoryCheck(len(rays), 24 if surface else 20, count_some, math.inf if k is None else k)
         with reporting(self.progress, "all hits" if k is None else "next hits") as callback:
-            # Without a sample, a module that counts steps counts those of this query alone.
-            watched = callback if is_given() else memory.watch(callback)
+            watched = memory.watch(callback)
             try:
                 offsets, columns = backend.list_hits(rays, surface, k, by_distance, watched)
             except MemoryError as error:
-                why = f": {memory.refusal}" if memory.refusal else ""
                 fewer = "next_hits for the nearest" if k is None else "a smaller k"
                 raise MemoryError(
-                    f"the hits of {counted(len(rays), 'rays')} do not fit into memory{why}; trace fewer rays or use a "
-                    f"smaller radius, {fewer}, or count_hits for how many there are"
+                    f"the hits of {counted(len(rays), 'rays')} do not fit into memory{memory.why}; trace fewer rays or "
+                    f"use a smaller radius, {fewer}, or count_hits for how many there are"
                 ) from error
         return AllHits.from_columns(offsets, columns, rays, self.geometry)
 

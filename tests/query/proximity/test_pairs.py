@@ -233,7 +233,7 @@ def test_parts_of_curves() -> None:
 
 def test_too_many_pairs_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("fastlines.query.proximity.pair_query.SMALL", 0)
-    monkeypatch.setattr("fastlines.query.proximity.pair_query.left_memory", lambda: 68e3)
+    monkeypatch.setattr("fastlines.query.memory_check.left_memory", lambda: 68e3)
     tree = fl.build(scene("crossing", 100)[0])
     assert len(tree.pairs(0.01)) <= 1000
     with pytest.raises(MemoryError, match=r"the pairs within 3 do not fit into memory.*or iter_pairs"):

@@ -1,4 +1,4 @@
-"""Points and primitives of one's own: the method `nearest`, what it may return, and in which order boxes are asked."""
+"""Queries about points on a class of one's own: its method `nearest`, what that may return, and when it is called."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ SEGMENTS = RNG.uniform(-1, 1, (300, 1, 3)) + RNG.normal(0, 0.05, (300, 2, 3))
 
 
 class Counting(Balls):
-    """Balls that count the pairs they are asked about."""
+    """Balls that count the pairs for which `nearest` is called."""
 
     n_pairs = 0
 

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from ... import _core
 from ...arrays import IntArray
-from ...engines import engine, is_given
+from ...engines import engine
 from ...geometry.any_geometry import AnyGeometry
 from ...geometry.collection import as_geometry
 from ...geometry.user_primitives import Primitives, UserPrimitives
@@ -136,8 +136,7 @@ def _listed(
 
     memory = MemoryCheck(0 if find is None else len(regions), ROW, count_some, nouns="boxes")
     with reporting(progress, "in box") as callback:
-        # Without a sample, a module that counts steps counts those of this query alone.
-        watched = callback if is_given() else memory.watch(callback)
+        watched = memory.watch(callback)
         try:
             offsets, prim = (np.zeros(len(regions) + 1, np.int64), np.zeros(0, np.int64))
             if geometry.has_user_code:
@@ -145,10 +144,9 @@ def _listed(
             elif find is not None:
                 offsets, prim = _joined(geometry, *find(regions, get_num_threads(), watched))
         except MemoryError as error:
-            why = f": {memory.refusal}" if memory.refusal else ""
             raise MemoryError(
-                f"what is in {counted(len(regions), 'boxes')} does not fit into memory{why}; ask for fewer or smaller "
-                "boxes"
+                f"what is in {counted(len(regions), 'boxes')} does not fit into memory{memory.why}; ask for fewer or "
+                "smaller boxes"
             ) from error
     part, prim = geometry.split(prim.view(np.int64))
     return InBox(offsets.view(np.int64), prim, geometry, part)

@@ -10,7 +10,7 @@ import numpy as np
 from ...arrays import FloatArray, IntArray, count, number
 from ...errors import InputError
 from ...geometry.any_geometry import AnyGeometry
-from ..memory_check import SMALL, left_addresses, left_memory
+from ..memory_check import SMALL, left_bytes
 from ..rays import RADIUS_LIMIT
 from .pairs import Pairs
 from .points import is_to_surface
@@ -115,5 +115,5 @@ def _require_axes(geometry: AnyGeometry) -> None:
 
 def most_pairs() -> int:
     """Return how many pairs fit into the memory that is left."""
-    left = max(SMALL, min(left_addresses(), left_memory()))
+    left = max(SMALL, left_bytes())
     return int(left / (PAIR_BYTES + SORTING_BYTES)) if math.isfinite(left) else 2**62

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ...arrays import FloatArray, IntArray, count
-from ...engines import engine, is_given
+from ...engines import engine
 from ...geometry.any_geometry import AnyGeometry
 from ...progress import ProgressOption, reporting
 from ...support.texts import counted
@@ -63,16 +63,14 @@ class PointQuery:
 
         memory = MemoryCheck(len(points), ANSWER, count_some, len(self.geometry), "points")
         with reporting(self.progress, "within") as callback:
-            # Without a sample, a module that counts steps counts those of this query alone.
-            watched = callback if is_given() else memory.watch(callback)
+            watched = memory.watch(callback)
             try:
                 lists = backend.within(points, watched)
             except MemoryError as error:
-                why = f": {memory.refusal}" if memory.refusal else ""
                 raise MemoryError(
-                    f"the primitives within the radius of {counted(len(points), 'points')} do not fit into memory{why};"
-                    " ask for fewer points or use a smaller radius, nearest for the nearest, or count_within for how "
-                    "many there are"
+                    f"the primitives within the radius of {counted(len(points), 'points')} do not fit into "
+                    f"memory{memory.why}; ask for fewer points or use a smaller radius, nearest for the nearest, or "
+                    "count_within for how many there are"
                 ) from error
         return Within.from_lists(lists, points, self.geometry)
 

@@ -21,7 +21,8 @@ from ..hit_lists import offsets_of
 from .backend import NearColumns, NearLists, PointBackend
 from .points import PointBatch
 
-#: How many boxes of a point are asked for first, besides two for each answer; then twice as many each time.
+#: The first search for a point asks for two boxes for each answer, and this many more; each further one for twice as
+#: many as the last.
 MORE_BOXES = 6
 #: Points that are searched first, to learn how many boxes are within their radius.
 FIRST_POINTS = 16
