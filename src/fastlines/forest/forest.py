@@ -137,7 +137,7 @@ class Forest(RayQueries, ProximityQueries):
         choice("kernel", kernel, tuple(KERNELS))
         if is_on_device(given.origins):
             raise InputError("rays are in the memory of a GPU, and forests run on the CPU; pass NumPy arrays")
-        rays = check_query(self.geometry, self.manifest.bounds, given)
+        rays = check_query(self.geometry, self.manifest.frame, given)
         return Query(self._backend(kernel, rays), rays, self.geometry, given.progress)
 
     def _backend(self, kernel: str, rays: RayBatch) -> Backend:
@@ -155,7 +155,7 @@ class Forest(RayQueries, ProximityQueries):
             return self._store.open(0).tree._point_query(given)
         from .point_backend import ForestPoints  # type: ignore[import-not-found]
 
-        points = check_points(self.geometry, self.manifest.bounds, given)
+        points = check_points(self.geometry, self.manifest.frame, given)
         return PointQuery(ForestPoints(self._store, self._top), points, self.geometry, given.progress)
 
     # --- Files ---
