@@ -71,6 +71,7 @@ NAMES = [
     "lines",
     "load",
     "read",
+    "read_chunks",
     "render",
     "scenes",
     "set_backend",

@@ -42,6 +42,7 @@ if TYPE_CHECKING:
     from .geometry.user_primitives import Primitives as Primitives
     from .geometry.user_primitives import Rays as Rays
     from .io import read as read
+    from .io import read_chunks as read_chunks
     from .io import write as write
     from .pyvista_plugin.readers import to_polydata as to_polydata
     from .query.hits import AllHits as AllHits
@@ -109,7 +110,7 @@ _NAMES = {
     "geometry.spheres": ("Spheres",),
     "geometry.triangles": ("Triangles",),
     "geometry.user_primitives": ("Primitives", "Rays"),
-    "io": ("read", "write"),
+    "io": ("read", "read_chunks", "write"),
     "pyvista_plugin.readers": ("to_polydata",),
     "query.hits": ("AllHits", "FirstHits"),
     "query.proximity.along": ("Along",),
