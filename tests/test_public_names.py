@@ -63,6 +63,7 @@ NAMES = [
     "brute_force_pairs",
     "brute_force_points",
     "build",
+    "build_forest",
     "default_camera",
     "get_backend",
     "get_cmake_dir",

@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from .errors import MissingExtraError as MissingExtraError
     from .errors import PrecisionWarning as PrecisionWarning
     from .errors import QueryWarning as QueryWarning
+    from .forest.building.build_forest import build_forest as build_forest
     from .forest.forest import Forest as Forest
     from .geometry.boxes import Boxes as Boxes
     from .geometry.collection import Geometry as Geometry
@@ -103,6 +104,7 @@ _NAMES = {
         "PrecisionWarning",
         "QueryWarning",
     ),
+    "forest.building.build_forest": ("build_forest",),
     "forest.forest": ("Forest",),
     "geometry.boxes": ("Boxes",),
     "geometry.collection": ("Geometry",),
