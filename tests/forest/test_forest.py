@@ -2,33 +2,25 @@
 
 from __future__ import annotations
 
+import os
 import pickle
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
+from support.forests import strands, tiles_of
 
 import fastlines as fl
 from fastlines.forest.index import Index
+from fastlines.forest.tile_store import size_of
 from fastlines.forest.writing import write_forest
-
-
-def scene(n: int = 300, seed: int = 0, **more) -> fl.Lines:
-    """Return strands of 10 segments, the last of them closed."""
-    rng = np.random.default_rng(seed)
-    points = rng.uniform(-1, 1, (n // 10, 1, 3)) + rng.normal(0, 0.05, (n // 10, 11, 3)).cumsum(axis=1)
-    points[-1, -1] = points[-1, 0]
-    return fl.Lines.from_points(points.reshape(-1, 3), np.full(n // 10, 11), **more)
-
-
-def tiles_of(lines: fl.Lines, n_tiles: int) -> np.ndarray:
-    """Return a tile for each segment, cut across strands."""
-    return np.argsort(np.argsort(lines.segments[:, 0, 0])) * n_tiles // len(lines)
 
 
 @pytest.fixture
 def lines() -> fl.Lines:
-    return scene(radius=np.linspace(0.01, 0.02, 330), attributes={"age": np.arange(330.0)})
+    return strands(radius=np.linspace(0.01, 0.02, 330), attributes={"age": np.arange(330.0)})
 
 
 @pytest.fixture
@@ -140,8 +132,6 @@ def test_too_little_memory(forest: fl.Forest) -> None:
 
 
 def test_tiles_close_within_the_memory(forest: fl.Forest) -> None:
-    from fastlines.forest.tile_store import size_of
-
     largest = max(map(size_of, forest.manifest.tiles))
     store = fl.Forest(forest.path, memory=2 * largest)._store
     first = store.open(0)
@@ -164,3 +154,47 @@ def test_a_tree_file_is_a_forest_of_one_tile(tmp_path: Path, lines: fl.Lines) ->
     forest.verify()
     with pytest.raises(fl.InputError, match="is the file of one tree"):
         forest.rebuild(0)
+
+
+def test_threads_open_a_tile_once(forest: fl.Forest, monkeypatch: pytest.MonkeyPatch) -> None:
+    from fastlines.forest import tile_store
+
+    read, opened = tile_store.read_tile, []
+
+    def counted(*arguments: Any) -> tile_store.Tile:
+        opened.append(arguments[1])
+        return read(*arguments)
+
+    monkeypatch.setattr(tile_store, "read_tile", counted)
+    store = fl.Forest(forest.path)._store
+    with ThreadPoolExecutor(8) as pool:
+        tiles = list(pool.map(store.open, [0, 1, 2] * 50))
+    assert sorted(opened) == [0, 1, 2]
+    assert len(set(map(id, tiles))) == 3
+
+
+def test_threads_share_little_memory(forest: fl.Forest, lines: fl.Lines) -> None:
+    largest = max(map(size_of, forest.manifest.tiles))
+    geometry = fl.Forest(forest.path, memory=largest).geometry
+    prim = np.arange(300)
+    with ThreadPoolExecutor(8) as pool:
+        for found in pool.map(lambda _: geometry.axis_points(prim, np.full(300, 0.5)), range(20)):
+            assert found.tobytes() == lines.axis_points(prim, np.full(300, 0.5)).tobytes()
+
+
+def test_a_version_of_a_file_is_verified_once(forest: fl.Forest, monkeypatch: pytest.MonkeyPatch) -> None:
+    from fastlines.support import container
+
+    verified = []
+    checksum = container.checksum
+    monkeypatch.setattr(container, "checksum", lambda data: verified.append(memoryview(data).nbytes) or checksum(data))
+    sizes = {path: len(path.read_bytes()) for path in (forest.path / "index.fli", forest.path / "00001.flt")}
+    os.utime(forest.path / "00001.flt")
+    os.utime(forest.path / "index.fli")
+    fl.Forest(forest.path)._store.open(1)
+    assert 0.9 * sum(sizes.values()) < sum(verified) < sum(sizes.values())
+    verified.clear()
+    fl.Forest(forest.path)._store.open(1)
+    assert verified == []
+    fl.Forest(forest.path, verify=True)._store.open(1)
+    assert sum(verified) > 0
