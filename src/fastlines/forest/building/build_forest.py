@@ -21,6 +21,7 @@ from .index import index_tiles
 from .journal import Journal
 from .partition import partition, tiles_of
 from .plan import make_plan
+from .repair import is_whole
 from .source import Reading, source_of
 from .spill import Spill
 from .tiles import Map, TileTask, build_tiles
@@ -125,8 +126,9 @@ def build_forest(
             "fastlines": version("fastlines"),
         }
     )
-    if not journal.is_finished:
-        with journal.locked(), journal.explaining(), reporting(progress, "build the forest") as callback:
+    with journal.locked(), journal.explaining(), reporting(progress, "build the forest") as callback:
+        is_built = journal.is_finished and is_whole(journal, callback)
+        if not is_built:
             Spill(journal, Reading(budget.n_rows, offset, invalid)).run(given, _stage(callback, 0, SPILLED))
             plan = make_plan(journal, budget)
             partition(journal, plan, budget.at_once, _stage(callback, SPILLED, PARTITIONED))
@@ -135,12 +137,12 @@ def build_forest(
             facts = build_tiles(journal, tasks, map, _stage(callback, PARTITIONED, BUILT))
             index = index_tiles(journal, plan, tiles)
             write_manifest(folder, plan.frame, facts, index, named, n_strands=plan.n_strands, facts=plan.facts)
-    elif given.is_stream:
+    journal.clear()
+    if is_built and given.is_stream:
         raise InputError(
             f"{folder} holds a whole forest, and whether it is of these chunks cannot be told; fl.Forest opens it; "
             "delete the folder to build another, or name a new one"
         )
-    journal.clear()
     return Forest(folder, memory=memory)
 
 

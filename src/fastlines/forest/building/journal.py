@@ -101,8 +101,11 @@ class Journal:
             raise InputError(f"{self.folder} is a file; expected a new folder for a forest")
         self.folder.mkdir(exist_ok=True)
         path, wanted = self.folder / FILE, json.loads(json.dumps(plan))
-        if not path.exists():
-            if others := sorted(name for name in os.listdir(self.folder) if not name.startswith(f"{FILE}.")):
+        others = sorted(name for name in os.listdir(self.folder) if not name.startswith((FILE, BUILDING)))
+        if path.exists() and (others or self.chunk(0).exists() or self.spilled.exists()):
+            self._compare(path, wanted)
+        else:
+            if others:
                 what = "a forest that fl.build_forest did not build" if MANIFEST in others else "other files"
                 more = f" and {len(others) - 3} more" if len(others) > 3 else ""
                 raise InputError(
@@ -110,11 +113,8 @@ class Journal:
                 )
             with atomic_write(path) as partial:
                 partial.write_text(json.dumps(wanted, indent=2) + "\n", encoding="utf-8")
-        else:
-            self._compare(path, wanted)
-        if not self.is_finished:
-            for name in ("chunks", "parts", "built"):
-                (self._stages / name).mkdir(parents=True, exist_ok=True)
+        for name in ("chunks", "parts", "built"):
+            (self._stages / name).mkdir(parents=True, exist_ok=True)
 
     def _compare(self, path: Path, wanted: dict[str, Any]) -> None:
         """Refuse to go on with another build."""
@@ -162,6 +162,10 @@ class Journal:
                 "free some space, and call fl.build_forest again, which goes on"
             )
             raise OSError(error.errno, why, error.filename) from None
+
+    def reopen(self) -> None:
+        """Make a forest that was whole one that is half built."""
+        (self.folder / MANIFEST).unlink()
 
     def clear(self) -> None:
         """Remove the files of the stages: the forest is whole."""

@@ -131,15 +131,22 @@ def _of_chunks(chunks: Iterable[Any], how: Reading) -> Iterator[Lines]:
     """Return chunks as lines; arrays are cut."""
     offset = how.offset
     for chunk in chunks:
-        for part in _cut(chunk if isinstance(chunk, AnyGeometry) else to_array(chunk), how.n_rows):
-            if isinstance(part, str | os.PathLike):
-                raise InputError(
-                    f"a chunk is {kind_of(part)}, {str(part)!r}; pass files as one path, or a list of paths"
-                )
+        for part in _cut(_usable(chunk), how.n_rows):
             made = lines(part, offset=offset, invalid=how.invalid)
             if offset is not None:
                 offset = made.offset
             yield made
+
+
+def _usable(chunk: Any) -> Any:
+    """Return a chunk that is lines, an array, or what `lines` takes."""
+    if isinstance(chunk, str | os.PathLike):
+        raise InputError(f"a chunk is {str(chunk)!r}, the name of a file; pass files as one path, or a list of paths")
+    if not isinstance(chunk, AnyGeometry):
+        return to_array(chunk)
+    if (found := chunk.as_lines()) is None:
+        raise InputError(f"a chunk is {kind_of(chunk)}; expected Lines, segments (n, 2, 3), or polylines")
+    return found
 
 
 def _cut(chunk: Any, n_rows: int) -> Iterator[Any]:
