@@ -46,7 +46,7 @@ def index_tiles(journal: Journal, plan: Plan, tiles: Sequence[TileRows]) -> str:
                 strand_file.write(_in_order(arrays["strands"].astype(strand_type), ids).data)
             sample.append(_rows_of(arrays, wanted, *plan.first[plan.batches[number : number + 2]].tolist()))
             for name, found in others.items():
-                found.append(arrays[name])
+                found.append(np.array(arrays[name]))  # not a view, which would keep the part mapped
     return write_index(
         journal.folder,
         _mapped(journal.column("tile_of"), np.dtype(np.uint32)),

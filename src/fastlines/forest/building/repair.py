@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 
 from ...errors import FileFormatError
 from ...progress import ProgressCallback
@@ -22,7 +23,7 @@ def is_whole(journal: Journal, progress: ProgressCallback | None) -> bool:
         return False
     intact = []
     for number, tile in enumerate(manifest.tiles):
-        if _can_be_read(lambda number=number, tile=tile: read_tile(journal.folder, number, tile, True)):
+        if _can_be_read(partial(read_tile, journal.folder, number, tile, True)):
             intact.append(number)
         if progress is not None:
             progress((number + 1) / len(manifest.tiles))
