@@ -123,6 +123,7 @@ PROGRAM = """
 import sys
 import fastlines as fl
 fl.set_num_threads(2)
+fl.build_forest  # imports what it needs
 print("begin", flush=True)
 fl.build_forest(sys.argv[1].split(","), sys.argv[2], max_segments=700)
 """
