@@ -2,21 +2,28 @@
 
 from __future__ import annotations
 
+import gzip
+from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
-from support.line_chunks import check_chunks
+from support import line_files
+from support.line_chunks import check_chunks, check_either
 
 import fastlines as fl
+from fastlines.io import source
 
 
-def some_lines(n_strands: int = 9, **more: object) -> fl.Lines:
-    """Return strands of 1 to 5 points."""
+def some_lines(n_strands: int = 9, *, score: bool = False, **more: Any) -> fl.Lines:
+    """Return strands of 1 to 5 points, which may have a score."""
     rng = np.random.default_rng(3)
     counts = rng.integers(1, 6, n_strands)
     points = rng.normal(size=(counts.sum(), 3)).astype(np.float32)
-    return fl.Lines.from_points(points, counts, **more)
+    scores = {"score": np.arange(len(points), dtype=np.float32) ** 0.5} if score else {}
+    return fl.Lines.from_points(points, counts, attributes=scores, **more)
 
 
 @pytest.mark.filterwarnings("ignore::fastlines.FileWarning")
@@ -71,3 +78,42 @@ def test_arguments_are_checked_at_the_call(tmp_path: Path, arguments: dict[str, 
         fl.read_chunks(tmp_path / "a.npz", **arguments)
     with pytest.raises(FileNotFoundError):
         fl.read_chunks(tmp_path / "b.npz")
+
+
+@pytest.fixture
+def small_pieces(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let files of a few kilobytes have many pieces."""
+    monkeypatch.setattr(source, "PIECE", 100)
+
+
+@pytest.mark.usefixtures("small_pieces")
+@pytest.mark.filterwarnings("ignore::fastlines.FileWarning")
+@pytest.mark.parametrize("name", ["a.trk", "a.trk.gz", "a.tck", "a.tck.gz", "a.trx"])
+@pytest.mark.parametrize("options", [{}, {"offset": "auto"}, {"offset": [1000, 0.5, 2]}])
+def test_streamlines(tmp_path: Path, name: str, options: dict[str, object]) -> None:
+    lines = some_lines(50, score=True)
+    lines = replace(lines, attributes={**lines.attributes, "length": lines.strands.astype(np.float32) / 3})
+    fl.write(tmp_path / name, lines)
+    for max_segments in (1, 4, 20, 1000):
+        chunks = check_chunks(tmp_path / name, max_segments, **options)
+        for chunk, following in pairwise(chunks):
+            assert len(chunk) + np.count_nonzero(following.strands == following.strands[0]) > max_segments
+    assert len(chunks) == 1
+    assert ".tck" in name or list(chunks[0].attributes) == ["score", "length"]
+
+
+@pytest.mark.usefixtures("small_pieces")
+@pytest.mark.parametrize("packed", [False, True])
+@pytest.mark.parametrize("suffix", [".trk", ".tck"])
+def test_streamlines_that_are_cut_short(tmp_path: Path, suffix: str, packed: bool) -> None:
+    data = (line_files.trk if suffix == ".trk" else line_files.tck)()
+    path = tmp_path / (f"a{suffix}.gz" if packed else f"a{suffix}")
+    for n in range(len(data) - 110, len(data) + 3):
+        damaged = data[:n] + b"\0" * (n - len(data))
+        path.write_bytes(gzip.compress(damaged) if packed else damaged)
+        check_either(path, 1)
+    if packed:
+        whole = gzip.compress(data)
+        for n in range(0, len(whole) + 40, 3):
+            path.write_bytes(whole[:n] + b"x" * (n - len(whole)))
+            check_either(path, 1)

@@ -17,7 +17,6 @@ from __future__ import annotations
 import json
 import re
 import zipfile
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -26,11 +25,10 @@ import numpy as np
 from ...arrays import AnyArray, IntArray
 from ...errors import InputError
 from ...geometry.lines import Lines
-from ...geometry.strand_attributes import with_strand_values
 from ..grid_reference import grid_to_write
 from ..losses import conventions, free_name, strand_numbers
 from ..polylines import polylines_of
-from ..segment_collector import SegmentCollector, offset_for, warn_if_coarse
+from ..segment_collector import Strands, lines_of, offset_for
 from ..source import BAD_COPY, Source, reason
 from ..voxel_grid import GRID, VoxelGrid
 from .archive import unpack
@@ -107,16 +105,10 @@ def read(source: Source, invalid: str, *, bundle: str | None = None) -> Lines:
     else:
         for name, chosen in groups.items():
             per_strand[GROUP + name] = np.bincount(chosen, minlength=n_streamlines) > 0
-    offset = offset_for(source, [points])
-    collector = SegmentCollector(len(points), kinds["dpv"], offset)
-    collector.add_in_parts(points, counts, kinds["dpv"])
-    if collector.may_be_coarse:
-        warn_if_coarse([points], offset)
-    del points, arrays
-    kinds.clear()  # which holds the last of the file's bytes
-    lines = with_strand_values(collector.lines(invalid), per_strand, "streamline")
     grid = _grid(source, header)
-    return lines if grid is None else replace(lines, metadata={**lines.metadata, GRID: grid.to_metadata()})
+    whole = Strands(points, counts, kinds["dpv"], per_strand)
+    offset, metadata = offset_for(source, [points]), {} if grid is None else {GRID: grid.to_metadata()}
+    return next(lines_of(whole.parts(), whole.split(0)[0], len(points), offset, metadata, None, invalid))
 
 
 def read_grid(source: Source) -> VoxelGrid | None:
