@@ -70,11 +70,17 @@ def check_error(path: Path, max_segments: int = 7, **options: Any) -> str:
     """Check that reading chunks ends with the error of `fl.read`; return the error."""
     error = _error(lambda: [fl.read(path, **options)])
     assert error is not None
-    error_of_chunks = _error(lambda: fl.read_chunks(path, max_segments, **options))
-    # A chunk counts invalid rows up to its end, and not those of the whole file.
-    rows = re.compile(r"\d+ of (the first )?\d+ segments hold (.*) \(.*?\)")
-    assert rows.sub(r"segments hold \2", str(error_of_chunks)) == rows.sub(r"segments hold \2", error)
+    found = _error(lambda: fl.read_chunks(path, max_segments, **options))
+    assert found is not None
+    if "segments hold" in found and "segments hold" not in error:  # they come before another fault
+        return check_error(path, max_segments, **options | {"invalid": "skip"})
+    assert _without_numbers(found) == _without_numbers(error)
     return error
+
+
+def _without_numbers(error: str) -> str:
+    """Leave out addresses, and the invalid rows: chunks count them up to their end, and not in the whole file."""
+    return re.sub(r"\d+ of (the first )?\d+ segments hold (.*) \(.*?\)|0x[0-9a-f]+", r"\2", error)
 
 
 def check_either(path: Path, max_segments: int = 7, **options: Any) -> None:

@@ -19,7 +19,7 @@ from .rounding import Rounding
 from .source import Source
 
 #: About how many points are joined at a time.
-_PART = 1 << 16
+PART = 1 << 16
 
 NO_STRANDS: IntArray = np.empty(0, np.int64)
 
@@ -61,7 +61,7 @@ class Strands(NamedTuple):
     def parts(self) -> Iterator[Strands]:
         """Yield some strands at a time, so that what is made on the way stays small."""
         offsets = np.append(0, np.cumsum(self.counts))
-        cuts = distinct(np.append(np.searchsorted(offsets, np.arange(0, len(self.points), _PART)), len(self.counts)))
+        cuts = distinct(np.append(np.searchsorted(offsets, np.arange(0, len(self.points), PART)), len(self.counts)))
         rest = self
         for n in np.diff(cuts).tolist():
             part, rest = rest.split(n)
