@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import os
 import pickle
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,7 +15,8 @@ from support.forests import strands, tiles_of
 
 import fastlines as fl
 from fastlines.forest.index import Index
-from fastlines.forest.writing import write_forest
+from fastlines.forest.tile_store import size_of
+from fastlines.forest.writing import write_forest, write_index
 
 
 @pytest.fixture
@@ -106,6 +111,17 @@ def test_verify_names_each_fault(forest: fl.Forest) -> None:
         forest.verify()
 
 
+def test_verify_compares_tiles_with_the_index(forest: fl.Forest, lines: fl.Lines) -> None:
+    tiles = tiles_of(lines, 3)
+    tiles[[0, 1]] = tiles[[1, 0]]
+    tiles[2] = (tiles[2] + 1) % 3
+    manifest = forest.manifest
+    index = write_index(forest.path, tiles.astype(np.uint32), lines.strands, lines[:0])
+    replace(manifest, index=index).write(forest.path)
+    with pytest.raises(fl.FileFormatError, match=r"flt does not hold the primitives that the index says; call"):
+        fl.Forest(forest.path).verify()
+
+
 def test_a_damaged_index(forest: fl.Forest) -> None:
     path = forest.path / "index.fli"
     data = path.read_bytes()
@@ -128,8 +144,6 @@ def test_too_little_memory(forest: fl.Forest) -> None:
 
 
 def test_tiles_close_within_the_memory(forest: fl.Forest) -> None:
-    from fastlines.forest.tile_store import size_of
-
     largest = max(map(size_of, forest.manifest.tiles))
     store = fl.Forest(forest.path, memory=2 * largest)._store
     first = store.open(0)
@@ -141,14 +155,45 @@ def test_tiles_close_within_the_memory(forest: fl.Forest) -> None:
     assert store.open(0) is first
 
 
-def test_a_tree_file_is_a_forest_of_one_tile(tmp_path: Path, lines: fl.Lines) -> None:
-    tree = fl.build(lines)
-    tree.save(tmp_path / "hair.flt")
-    forest = fl.Forest(tmp_path / "hair.flt")
-    assert repr(forest).startswith("<Forest best: 300 segments in 1 tile, ")
-    rays = lines.segments[:, 0] + [0, 0, -3], [0, 0, 1]
-    assert forest.first_hit(*rays).t.tobytes() == tree.first_hit(*rays).t.tobytes()
-    assert forest.nearest(rays[0]).prim.tolist() == tree.nearest(rays[0]).prim.tolist()
-    forest.verify()
-    with pytest.raises(fl.InputError, match="is the file of one tree"):
-        forest.rebuild(0)
+def test_threads_open_a_tile_once(forest: fl.Forest, monkeypatch: pytest.MonkeyPatch) -> None:
+    from fastlines.forest import tile_store
+
+    read, opened = tile_store.read_tile, []
+
+    def counted(*arguments: Any) -> tile_store.Tile:
+        opened.append(arguments[1])
+        return read(*arguments)
+
+    monkeypatch.setattr(tile_store, "read_tile", counted)
+    store = fl.Forest(forest.path)._store
+    with ThreadPoolExecutor(8) as pool:
+        tiles = list(pool.map(store.open, [0, 1, 2] * 50))
+    assert sorted(opened) == [0, 1, 2]
+    assert len(set(map(id, tiles))) == 3
+
+
+def test_threads_share_little_memory(forest: fl.Forest, lines: fl.Lines) -> None:
+    largest = max(map(size_of, forest.manifest.tiles))
+    geometry = fl.Forest(forest.path, memory=largest).geometry
+    prim = np.arange(300)
+    with ThreadPoolExecutor(8) as pool:
+        for found in pool.map(lambda _: geometry.axis_points(prim, np.full(300, 0.5)), range(20)):
+            assert found.tobytes() == lines.axis_points(prim, np.full(300, 0.5)).tobytes()
+
+
+def test_a_version_of_a_file_is_verified_once(forest: fl.Forest, monkeypatch: pytest.MonkeyPatch) -> None:
+    from fastlines.support import container
+
+    verified = []
+    checksum = container.checksum
+    monkeypatch.setattr(container, "checksum", lambda data: verified.append(memoryview(data).nbytes) or checksum(data))
+    sizes = {path: len(path.read_bytes()) for path in (forest.path / "index.fli", forest.path / "00001.flt")}
+    os.utime(forest.path / "00001.flt")
+    os.utime(forest.path / "index.fli")
+    fl.Forest(forest.path)._store.open(1)
+    assert 0.9 * sum(sizes.values()) < sum(verified) < sum(sizes.values())
+    verified.clear()
+    fl.Forest(forest.path)._store.open(1)
+    assert verified == []
+    fl.Forest(forest.path, verify=True)._store.open(1)
+    assert sum(verified) > 0

@@ -18,6 +18,7 @@ from ..geometry.lines import Lines
 from ..structure.geometry_file import from_sections, to_sections
 from ..support import container
 from .manifest import ADVICE, UNUSABLE
+from .verified_files import is_verified, set_verified
 
 #: The file of an index in the folder of its forest.
 FILE = "index.fli"
@@ -53,6 +54,14 @@ class Index:
     closed: IntArray
     sample: AnyGeometry
 
+    def holds(self, number: int, ids: IntArray | None) -> bool:
+        """Return whether a tile holds the primitives with these numbers, rising, and no others."""
+        if ids is None or (ids[1:] <= ids[:-1]).any():
+            return False
+        if len(ids) and not 0 <= ids[0] <= ids[-1] < len(self.tile_of):
+            return False
+        return bool((self.tile_of[ids] == number).all())
+
     def write(self, folder: str | os.PathLike[str]) -> str:
         """Write the file into a folder, whole or not at all; return its digest."""
         sections, facts, _ = to_sections(self.sample)
@@ -85,7 +94,8 @@ class Index:
             return FileFormatError(f"{path} is not the index of this forest: {why}; {ADVICE}")
 
         try:
-            arrays, metadata = container.read(path, verify, advice=ADVICE)
+            trusted = verify is not True and is_verified(path)
+            arrays, metadata = container.read(path, False if trusted else verify, advice=ADVICE)
         except FileNotFoundError:
             raise refuse("it is missing") from None
         if metadata.get("format") != FORMAT:
@@ -93,6 +103,7 @@ class Index:
         if container.digest_of(arrays) != digest:
             raise refuse("it is of another build than its manifest")
         try:
+            arrays = {name: np.asarray(array) for name, array in arrays.items()}  # memory maps index slowly
             tile_of, strands = arrays["tile_of"], arrays.get("strands")
             shapes = {tile_of.shape} | (set() if strands is None else {strands.shape})
             if shapes != {(n_prims,)} or tile_of.dtype != np.uint32 or arrays["closed"].shape[1:] != (2,):
@@ -100,6 +111,7 @@ class Index:
             facts: dict[str, Any] = {"kind": Lines.__name__, **json.loads(metadata["sample"])}
             own = {name.removeprefix(SAMPLE): array for name, array in arrays.items() if name.startswith(SAMPLE)}
             sample = from_sections(own, facts, refuse)
+            set_verified(path)
             return cls(tile_of, strands, arrays["skipped"], arrays["closed"], sample)
         except FileFormatError:
             raise

@@ -10,12 +10,12 @@ import numpy as np
 
 from ..arrays import FloatArray, IntArray
 from ..builder import build
-from ..errors import InputError
 from ..geometry.any_geometry import AnyGeometry
 from ..structure import tree_file
 from ..support import container
 from ..tree import Tree
 from .manifest import Manifest, TileFacts
+from .verified_files import set_verified
 
 
 def tile_name(number: int) -> str:
@@ -68,9 +68,7 @@ def write_tile(
     file : str, optional
         The name of the file, if it is not ``tile_name(number)``.
     """
-    if len(lines) and ((lines.bounds[0] < frame[0]).any() or (lines.bounds[1] > frame[1]).any()):
-        raise InputError(f"the tile {number} has segments outside of the frame of its forest, {frame.tolist()}")
-    tree = build(lines, method, **settings)
+    tree = build(lines, method, frame=frame, **settings)
     more = {"ids": np.asarray(ids, np.int64)}
     if places is not None:
         more["places"] = np.asarray(places, np.int64)
@@ -91,9 +89,10 @@ def tile_facts(tree: Tree, path: Path) -> TileFacts:
 def manifest_of_tree(path: Path, verify: bool | None = None) -> Manifest:
     """Return the manifest of the forest that a tree file is: of one tile."""
     tree = tree_file.read(Tree, path, verify)
+    set_verified(path)
     geometry = tree.geometry
     counts = len(geometry), geometry.n_strands
-    return Manifest(tree.nodes["box"][0], *counts, (tile_facts(tree, path),), "", tree.method, facts_of(geometry))
+    return Manifest(tree.frame_box, *counts, (tile_facts(tree, path),), "", tree.method, facts_of(geometry))
 
 
 def facts_of(lines: AnyGeometry) -> dict[str, Any]:
