@@ -56,6 +56,7 @@ NAMES = [
     "Tree",
     "Triangles",
     "Within",
+    "WorkerError",
     "available_simd",
     "brute_force",
     "brute_force_in_box",

@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from .errors import MissingExtraError as MissingExtraError
     from .errors import PrecisionWarning as PrecisionWarning
     from .errors import QueryWarning as QueryWarning
+    from .errors import WorkerError as WorkerError
     from .geometry.boxes import Boxes as Boxes
     from .geometry.collection import Geometry as Geometry
     from .geometry.curves import Curves as Curves
@@ -100,6 +101,7 @@ _NAMES = {
         "MissingExtraError",
         "PrecisionWarning",
         "QueryWarning",
+        "WorkerError",
     ),
     "geometry.boxes": ("Boxes",),
     "geometry.collection": ("Geometry",),
