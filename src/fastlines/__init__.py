@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from .errors import PrecisionWarning as PrecisionWarning
     from .errors import QueryWarning as QueryWarning
     from .errors import WorkerError as WorkerError
+    from .forest.forest import Forest as Forest
     from .geometry.boxes import Boxes as Boxes
     from .geometry.collection import Geometry as Geometry
     from .geometry.curves import Curves as Curves
@@ -103,6 +104,7 @@ _NAMES = {
         "QueryWarning",
         "WorkerError",
     ),
+    "forest.forest": ("Forest",),
     "geometry.boxes": ("Boxes",),
     "geometry.collection": ("Geometry",),
     "geometry.curves": ("Curves",),

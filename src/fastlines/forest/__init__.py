@@ -1,1 +1,1 @@
-"""Forests: trees of tiles of a scene in a folder, which answer as one tree does."""
+"""Forests: folders of trees over tiles of one scene, which are asked as one tree."""

@@ -108,9 +108,11 @@ def _check_range(name: str, numbers: IntArray, n: int, what: str) -> None:
 
 def strand_of_prims(geometry: AnyGeometry) -> IntArray:
     """Return the strand of each primitive, different for each part; -1 for none."""
+    if not geometry.has_parts:
+        return geometry.all_strands()
     strands, used = [np.zeros(0, np.int64)], 0
     for part in geometry.each_part():
-        of_part = part.strands_of(np.arange(len(part)))
+        of_part = part.all_strands()
         strands.append(np.where(of_part < 0, -1, of_part + used))
         used += int(of_part.max(initial=-1)) + 1
     return np.concatenate(strands)
