@@ -7,28 +7,16 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.forests import strands, tiles_of
 
 import fastlines as fl
 from fastlines.forest.index import Index
 from fastlines.forest.writing import write_forest
 
 
-def scene(n: int = 300, seed: int = 0, **more) -> fl.Lines:
-    """Return strands of 10 segments, the last of them closed."""
-    rng = np.random.default_rng(seed)
-    points = rng.uniform(-1, 1, (n // 10, 1, 3)) + rng.normal(0, 0.05, (n // 10, 11, 3)).cumsum(axis=1)
-    points[-1, -1] = points[-1, 0]
-    return fl.Lines.from_points(points.reshape(-1, 3), np.full(n // 10, 11), **more)
-
-
-def tiles_of(lines: fl.Lines, n_tiles: int) -> np.ndarray:
-    """Return a tile for each segment, cut across strands."""
-    return np.argsort(np.argsort(lines.segments[:, 0, 0])) * n_tiles // len(lines)
-
-
 @pytest.fixture
 def lines() -> fl.Lines:
-    return scene(radius=np.linspace(0.01, 0.02, 330), attributes={"age": np.arange(330.0)})
+    return strands(radius=np.linspace(0.01, 0.02, 330), attributes={"age": np.arange(330.0)})
 
 
 @pytest.fixture

@@ -59,19 +59,17 @@ class ForestGeometry(AnyGeometry):
 
     def locate(self, prim: IntArray) -> tuple[IntArray, IntArray]:
         """Return the tile of each of some primitives, and its number there."""
-        tile, local = self.index.tile_of[prim].astype(np.int64), np.empty(len(prim), np.int64)
-        for number in distinct(tile):
-            rows = np.flatnonzero(tile == number)
-            local[rows] = number_in(self.store.open(int(number)), prim[rows])
-        return tile, local
+        local = np.empty(len(prim), np.int64)
+        for _, rows, numbers in self._by_tile(prim):
+            local[rows] = numbers
+        return self.index.tile_of[prim].astype(np.int64), local
 
     def _by_tile(self, prim: IntArray) -> Iterator[tuple[Tile, IntArray, IntArray]]:
         """Yield each tile that some primitives are in, with the rows of these, and their numbers there."""
         tile = self.index.tile_of[prim]
         order = np.argsort(tile, kind="stable")
-        ends = np.flatnonzero(np.diff(tile[order], append=-1))
-        for begin, end in zip([0, *(ends[:-1] + 1)], ends + 1, strict=True):
-            rows = order[begin:end]
+        begins = np.flatnonzero(np.diff(tile[order].astype(np.int64), prepend=-1))
+        for rows in np.split(order, begins)[1:]:
             found = self.store.open(int(tile[rows[0]]))
             yield found, rows, number_in(found, prim[rows])
 
@@ -294,7 +292,7 @@ class ForestGeometry(AnyGeometry):
 
     def summary(self) -> dict[str, Any]:
         """See `AnyGeometry`."""
-        bounds = self.bounds.astype(np.float64) if len(self) else None
+        bounds = self.bounds if len(self) else None
         texts = self.attribute_texts()
         return {
             f"n_{self.noun}": len(self),
