@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import contextlib
+import copy
 import os
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ..arrays import choice, count, instance, is_on_device
 from ..errors import FileFormatError, InputError
@@ -27,6 +28,9 @@ from .index import Index
 from .manifest import Manifest
 from .tile_files import manifest_of_tree, next_name, write_tile
 from .tile_store import TileStore, read_tile
+
+if TYPE_CHECKING:
+    from .mapping.mapping import Mapping
 
 
 class Forest(RayQueries, ProximityQueries):
@@ -70,6 +74,7 @@ class Forest(RayQueries, ProximityQueries):
         if verify is not None:
             instance("verify", verify, bool, "True, False or None")
         self.path = Path(path)
+        self._mapping: Mapping | None = None
         self._is_file = self.path.is_file()
         if self._is_file:
             self._store = TileStore(self.path.parent, manifest_of_tree(self.path, verify), memory, verify)
@@ -126,6 +131,51 @@ class Forest(RayQueries, ProximityQueries):
 
     # --- Queries ---
 
+    def on(self, where: Any, *, n_threads: int | None = None) -> Forest:
+        """Return this forest, with queries that other processes answer, which see the same files.
+
+        The answers are the same. Rays and points are sorted by the tiles that they meet, and sent in chunks. Each
+        process keeps the tiles open that it has asked. Up to 256 rays or points are answered here.
+
+        Parameters
+        ----------
+        where : Client of dask.distributed, or callable
+            The workers of Dask, or a function that is called as ``where(function, tasks)`` and returns or yields
+            ``function(task)`` for each task of a list, in their order: the `map` of an executor, for example.
+        n_threads : int, optional
+            How many threads each task uses. The default shares those of a worker of Dask among its tasks, and is 1
+            elsewhere.
+
+        Returns
+        -------
+        Forest
+            This one stays as it is.
+
+        Raises
+        ------
+        InputError
+            If `where` is neither. Queries raise `WorkerError` if workers cannot answer them: there is no half answer.
+
+        Examples
+        --------
+        >>> import fastlines as fl
+        >>> from concurrent.futures import ThreadPoolExecutor
+        >>> fl.build([[[-1, -1, -1], [1, 1, 1]]]).save("tree.flt")
+        >>> with ThreadPoolExecutor(2) as executor:
+        ...     print(fl.Forest("tree.flt").on(executor.map).first_hit([0, 0, -5], [0, 0, 1], 0.5).t)
+        5.0
+        """
+        from .mapping.where import mapping_of
+
+        made = copy.copy(self)
+        made._mapping = mapping_of(where, n_threads)
+        return made
+
+    def __copy__(self) -> Forest:
+        made = object.__new__(type(self))
+        made.__dict__.update(self.__dict__)
+        return made
+
     @computed_once
     def _top(self) -> Any:
         from .top_tree import TopTree  # type: ignore[import-not-found]
@@ -138,7 +188,13 @@ class Forest(RayQueries, ProximityQueries):
         if is_on_device(given.origins):
             raise InputError("rays are in the memory of a GPU, and forests run on the CPU; pass NumPy arrays")
         rays = check_query(self.geometry, self.manifest.bounds, given)
-        return Query(self._backend(kernel, rays), rays, self.geometry, given.progress)
+        return Query(self._mapped(kernel) or self._backend(kernel, rays), rays, self.geometry, given.progress)
+
+    def _mapped(self, kernel: str) -> Backend | None:
+        """Return what answers rays by tasks; None where this process answers them."""
+        from .mapping.mapped_rays import MappedRays
+
+        return None if self._mapping is None else MappedRays(self, kernel, self._mapping)
 
     def _backend(self, kernel: str, rays: RayBatch) -> Backend:
         """Return what answers checked rays."""

@@ -16,6 +16,7 @@ from fastlines.forest.mapping import task
 from fastlines.forest.mapping.mapping import TUNING, ChunkTuning, Mapping
 from fastlines.forest.mapping.task import do
 from fastlines.forest.mapping.tile_queues import TileQueues
+from fastlines.forest.mapping.where import mapping_of
 from fastlines.threads import get_num_threads, num_threads
 
 
@@ -149,8 +150,10 @@ def test_what_is_no_map_is_refused(function, said):
 
 
 def test_where_must_be_a_map():
-    with pytest.raises(InputError, match="where is a list; expected a map"):
-        Mapping([])
+    with pytest.raises(InputError, match="where is a list; expected a function"):
+        mapping_of([], None)
+    with pytest.raises(InputError, match="n_threads=0; expected a whole number"):
+        mapping_of(map, 0)
 
 
 def test_tasks_have_one_thread_unless_they_are_given_more():

@@ -60,13 +60,6 @@ class Mapping:
     n_threads: int | None = None
     tuning: ChunkTuning = field(default=TUNING)
 
-    def __post_init__(self) -> None:
-        if not callable(self.function):
-            raise InputError(
-                f"where is {kind_of(self.function)}; expected a map, such as the `map` of an executor, or a Client of "
-                "dask.distributed"
-            )
-
     def run(self, work: Sequence[Work], places: Sequence[float] | None = None) -> Iterator[Done]:
         """Run tasks, and yield what they return, in their order.
 
