@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import os
 import pickle
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,6 +14,7 @@ from support.forests import strands, tiles_of
 
 import fastlines as fl
 from fastlines.forest.index import Index
+from fastlines.forest.tile_store import size_of
 from fastlines.forest.writing import write_forest
 
 
@@ -128,8 +132,6 @@ def test_too_little_memory(forest: fl.Forest) -> None:
 
 
 def test_tiles_close_within_the_memory(forest: fl.Forest) -> None:
-    from fastlines.forest.tile_store import size_of
-
     largest = max(map(size_of, forest.manifest.tiles))
     store = fl.Forest(forest.path, memory=2 * largest)._store
     first = store.open(0)
@@ -152,3 +154,47 @@ def test_a_tree_file_is_a_forest_of_one_tile(tmp_path: Path, lines: fl.Lines) ->
     forest.verify()
     with pytest.raises(fl.InputError, match="is the file of one tree"):
         forest.rebuild(0)
+
+
+def test_threads_open_a_tile_once(forest: fl.Forest, monkeypatch: pytest.MonkeyPatch) -> None:
+    from fastlines.forest import tile_store
+
+    read, opened = tile_store.read_tile, []
+
+    def counted(*arguments: Any) -> tile_store.Tile:
+        opened.append(arguments[1])
+        return read(*arguments)
+
+    monkeypatch.setattr(tile_store, "read_tile", counted)
+    store = fl.Forest(forest.path)._store
+    with ThreadPoolExecutor(8) as pool:
+        tiles = list(pool.map(store.open, [0, 1, 2] * 50))
+    assert sorted(opened) == [0, 1, 2]
+    assert len(set(map(id, tiles))) == 3
+
+
+def test_threads_share_little_memory(forest: fl.Forest, lines: fl.Lines) -> None:
+    largest = max(map(size_of, forest.manifest.tiles))
+    geometry = fl.Forest(forest.path, memory=largest).geometry
+    prim = np.arange(300)
+    with ThreadPoolExecutor(8) as pool:
+        for found in pool.map(lambda _: geometry.axis_points(prim, np.full(300, 0.5)), range(20)):
+            assert found.tobytes() == lines.axis_points(prim, np.full(300, 0.5)).tobytes()
+
+
+def test_a_version_of_a_file_is_verified_once(forest: fl.Forest, monkeypatch: pytest.MonkeyPatch) -> None:
+    from fastlines.support import container
+
+    verified = []
+    checksum = container.checksum
+    monkeypatch.setattr(container, "checksum", lambda data: verified.append(memoryview(data).nbytes) or checksum(data))
+    sizes = {path: len(path.read_bytes()) for path in (forest.path / "index.fli", forest.path / "00001.flt")}
+    os.utime(forest.path / "00001.flt")
+    os.utime(forest.path / "index.fli")
+    fl.Forest(forest.path)._store.open(1)
+    assert 0.9 * sum(sizes.values()) < sum(verified) < sum(sizes.values())
+    verified.clear()
+    fl.Forest(forest.path)._store.open(1)
+    assert verified == []
+    fl.Forest(forest.path, verify=True)._store.open(1)
+    assert sum(verified) > 0

@@ -18,6 +18,7 @@ from ..geometry.lines import Lines
 from ..structure.geometry_file import from_sections, to_sections
 from ..support import container
 from .manifest import ADVICE, UNUSABLE
+from .verified_files import is_verified, set_verified
 
 #: The file of an index in the folder of its forest.
 FILE = "index.fli"
@@ -85,7 +86,8 @@ class Index:
             return FileFormatError(f"{path} is not the index of this forest: {why}; {ADVICE}")
 
         try:
-            arrays, metadata = container.read(path, verify, advice=ADVICE)
+            trusted = verify is not True and is_verified(path)
+            arrays, metadata = container.read(path, False if trusted else verify, advice=ADVICE)
         except FileNotFoundError:
             raise refuse("it is missing") from None
         if metadata.get("format") != FORMAT:
@@ -100,6 +102,7 @@ class Index:
             facts: dict[str, Any] = {"kind": Lines.__name__, **json.loads(metadata["sample"])}
             own = {name.removeprefix(SAMPLE): array for name, array in arrays.items() if name.startswith(SAMPLE)}
             sample = from_sections(own, facts, refuse)
+            set_verified(path)
             return cls(tile_of, strands, arrays["skipped"], arrays["closed"], sample)
         except FileFormatError:
             raise

@@ -16,6 +16,7 @@ from ..structure import tree_file
 from ..support import container
 from ..tree import Tree
 from .manifest import Manifest, TileFacts
+from .verified_files import set_verified
 
 
 def tile_name(number: int) -> str:
@@ -91,6 +92,7 @@ def tile_facts(tree: Tree, path: Path) -> TileFacts:
 def manifest_of_tree(path: Path, verify: bool | None = None) -> Manifest:
     """Return the manifest of the forest that a tree file is: of one tile."""
     tree = tree_file.read(Tree, path, verify)
+    set_verified(path)
     geometry = tree.geometry
     counts = len(geometry), geometry.n_strands
     return Manifest(tree.nodes["box"][0], *counts, (tile_facts(tree, path),), "", tree.method, facts_of(geometry))

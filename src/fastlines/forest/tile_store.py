@@ -7,7 +7,6 @@ import threading
 from collections import OrderedDict
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TypeAlias
 
 from ..arrays import IntArray
 from ..errors import FileFormatError, InputError
@@ -18,18 +17,13 @@ from ..support.computed_once import held
 from ..support.texts import bytes_text
 from ..tree import Tree
 from .manifest import ADVICE, Manifest, TileFacts
+from .verified_files import is_verified, set_verified
 
 #: Without a bound, tiles stay open while they take at most this share of the free memory.
 FREE_SHARE = 0.5
 
 #: The bytes of a row that queries test where lines have radii, which is made when a tile is first asked.
 ROUND_CONE = 32
-
-#: A version of a file: its path, size, time of change and inode.
-FileState: TypeAlias = tuple[str, int, int, int]
-
-#: The files that this process has verified.
-_verified: set[FileState] = set()
 
 
 @dataclass(frozen=True, eq=False)
@@ -153,22 +147,16 @@ def read_tile(folder: Path, number: int, facts: TileFacts, verify: bool | None =
         return FileFormatError(f"{path} is not the tile {number} of this forest: {why}; {ADVICE}")
 
     try:
-        state = _state_of(path)
-        is_known = verify is not True and state in _verified
+        trusted = verify is not True and is_verified(path)
         more = tree_file.read_more(path, advice=ADVICE)
-        if state[1] != facts.n_bytes or container.digest(path) != facts.digest:
+        if path.stat().st_size != facts.n_bytes or container.digest(path) != facts.digest:
             raise refuse("it is of another build than the manifest")
-        tree = tree_file.read(Tree, path, False if is_known else verify, trusted=is_known, advice=ADVICE)
+        tree = tree_file.read(Tree, path, False if trusted else verify, trusted=trusted, advice=ADVICE)
     except FileNotFoundError:
         raise refuse("it is missing") from None
     n = len(tree.geometry)
     columns = more.get("ids"), more.get("places")
     if n != facts.n_prims or any(column is not None and column.shape != (n,) for column in columns):
         raise refuse(f"it does not hold {facts.n_prims} primitives with their numbers")
-    _verified.add(state)
+    set_verified(path)
     return Tile(number, tree, *columns)
-
-
-def _state_of(path: Path) -> FileState:
-    facts = path.stat()
-    return str(path.resolve()), facts.st_size, facts.st_mtime_ns, facts.st_ino
