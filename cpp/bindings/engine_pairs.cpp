@@ -23,8 +23,8 @@ PairTuple query_pairs(const LayoutView& layout, const LayoutView* other, const O
                       Find&& find) {
   const auto& [first_owner, second_owner] = owners;
   const LayoutView& second = other ? *other : layout;
-  Box box = layout.box;
-  box.grow(second.box);
+  Box box = layout.frame_box;
+  box.grow(second.frame_box);
   const PairQuery query =
       pair_query(axes_of_any(layout.prims, first_owner), axes_of_any(second.prims, other ? second_owner : first_owner),
                  !other, frame_of(box), neighbours, options);

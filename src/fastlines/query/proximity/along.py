@@ -129,7 +129,7 @@ class NearParts:
         ends = self.rows.reshape(-1, 3)
         corners = np.concatenate([ends.min(axis=0), ends.max(axis=0)]).tolist()
         blocks, refs = np.zeros((0, 128), np.uint8), np.zeros((0, 2), np.uint32)
-        needle = _core.LayoutView("segments", self.rows, blocks, blocks, refs, corners, 0.0)
+        needle = _core.LayoutView("segments", self.rows, blocks, blocks, refs, corners, corners, 0.0)
         options = query.options(0, len(self.rows), most_pairs())
         owners = None, query.owners()[0]
         found: PairColumns = engine.pairs(needle, view, owners, None, options, get_num_threads(), callback)

@@ -99,7 +99,7 @@ class ProximityQueries:
 
     # A tree has these.
     geometry: AnyGeometry
-    nodes: npt.NDArray[Any]
+    frame_box: Any
     layout: Any
 
     @shows_point_options
@@ -214,4 +214,4 @@ class ProximityQueries:
         return self._point_query(PointArguments(points, radius, **options)).count_within()
 
     def _point_query(self, given: PointArguments) -> PointQuery:
-        return point_query(self.geometry, self.nodes["box"][0], engine, self.layout.view, given)
+        return point_query(self.geometry, self.frame_box, engine, self.layout.view, given)
