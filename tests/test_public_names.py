@@ -72,6 +72,7 @@ NAMES = [
     "get_num_threads",
     "lines",
     "load",
+    "query_parquet",
     "read",
     "render",
     "scenes",

@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from .errors import QueryWarning as QueryWarning
     from .errors import WorkerError as WorkerError
     from .forest.forest import Forest as Forest
+    from .forest.mapping.parquet import query_parquet as query_parquet
     from .geometry.boxes import Boxes as Boxes
     from .geometry.collection import Geometry as Geometry
     from .geometry.curves import Curves as Curves
@@ -105,6 +106,7 @@ _NAMES = {
         "WorkerError",
     ),
     "forest.forest": ("Forest",),
+    "forest.mapping.parquet": ("query_parquet",),
     "geometry.boxes": ("Boxes",),
     "geometry.collection": ("Geometry",),
     "geometry.curves": ("Curves",),

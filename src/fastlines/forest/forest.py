@@ -6,7 +6,7 @@ import contextlib
 import copy
 import os
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from ..arrays import choice, count, instance, is_on_device
 from ..errors import FileFormatError, InputError
@@ -19,18 +19,19 @@ from ..query.proximity.queries import PointQuery, ProximityQueries
 from ..query.queries import Query, check_query
 from ..query.ray_arguments import RayArguments
 from ..query.ray_queries import RayQueries
-from ..query.rays import RayBatch
+from ..query.rays import RayBatch, require_radius
 from ..query.wrappers.ignore import IgnoringBackend
 from ..support.computed_once import computed_once
 from ..support.texts import bytes_text, counted
 from .geometry import ForestGeometry
 from .index import Index
 from .manifest import Manifest
+from .mapping.dask_rays import DaskRays, has_dask_rays
+from .mapping.mapped_rays import MappedRays
+from .mapping.mapping import Mapping
+from .mapping.where import mapping_of
 from .tile_files import manifest_of_tree, next_name, write_tile
 from .tile_store import TileStore, read_tile
-
-if TYPE_CHECKING:
-    from .mapping.mapping import Mapping
 
 
 class Forest(RayQueries, ProximityQueries):
@@ -160,13 +161,12 @@ class Forest(RayQueries, ProximityQueries):
         --------
         >>> import fastlines as fl
         >>> from concurrent.futures import ThreadPoolExecutor
-        >>> fl.build([[[-1, -1, -1], [1, 1, 1]]]).save("tree.flt")
-        >>> with ThreadPoolExecutor(2) as executor:
-        ...     print(fl.Forest("tree.flt").on(executor.map).first_hit([0, 0, -5], [0, 0, 1], 0.5).t)
+        >>> from tempfile import TemporaryDirectory
+        >>> with TemporaryDirectory() as folder, ThreadPoolExecutor(2) as executor:
+        ...     fl.build([[[-1, -1, -1], [1, 1, 1]]]).save(f"{folder}/tree.flt")
+        ...     print(fl.Forest(f"{folder}/tree.flt").on(executor.map).first_hit([0, 0, -5], [0, 0, 1], 0.5).t)
         5.0
         """
-        from .mapping.where import mapping_of
-
         made = copy.copy(self)
         made._mapping = mapping_of(where, n_threads)
         return made
@@ -187,14 +187,13 @@ class Forest(RayQueries, ProximityQueries):
         choice("kernel", kernel, tuple(KERNELS))
         if is_on_device(given.origins):
             raise InputError("rays are in the memory of a GPU, and forests run on the CPU; pass NumPy arrays")
+        if has_dask_rays(given):
+            require_radius(self.geometry, given.radius, given.spread)
+            backend = MappedRays(self, kernel, self._mapping or Mapping(map))
+            return Query(backend, DaskRays.of(self, kernel, given), self.geometry)
         rays = check_query(self.geometry, self.manifest.bounds, given)
-        return Query(self._mapped(kernel) or self._backend(kernel, rays), rays, self.geometry, given.progress)
-
-    def _mapped(self, kernel: str) -> Backend | None:
-        """Return what answers rays by tasks; None where this process answers them."""
-        from .mapping.mapped_rays import MappedRays
-
-        return None if self._mapping is None else MappedRays(self, kernel, self._mapping)
+        mapped = None if self._mapping is None else MappedRays(self, kernel, self._mapping)
+        return Query(mapped or self._backend(kernel, rays), rays, self.geometry, given.progress)
 
     def _backend(self, kernel: str, rays: RayBatch) -> Backend:
         """Return what answers checked rays."""
