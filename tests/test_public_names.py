@@ -26,6 +26,7 @@ NAMES = [
     "FileFormatError",
     "FileWarning",
     "FirstHits",
+    "Forest",
     "Geometry",
     "HairMaterial",
     "InBox",

@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from .errors import MissingExtraError as MissingExtraError
     from .errors import PrecisionWarning as PrecisionWarning
     from .errors import QueryWarning as QueryWarning
+    from .forest.forest import Forest as Forest
     from .geometry.boxes import Boxes as Boxes
     from .geometry.collection import Geometry as Geometry
     from .geometry.curves import Curves as Curves
@@ -101,6 +102,7 @@ _NAMES = {
         "PrecisionWarning",
         "QueryWarning",
     ),
+    "forest.forest": ("Forest",),
     "geometry.boxes": ("Boxes",),
     "geometry.collection": ("Geometry",),
     "geometry.curves": ("Curves",),

@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass
-from typing import Unpack
 
-import numpy as np
 import numpy.typing as npt
 
 from . import _core
-from .arrays import FloatArray, IntArray, choice, is_on_device
+from .arrays import FloatArray, choice, is_on_device
 from .cuda.device_rays import check_device_query
 from .cuda.placed_tree import PlacedTree
 from .engines import engine
@@ -18,8 +16,6 @@ from .errors import InputError
 from .geometry.lines import Lines
 from .progress import ProgressCallback, ProgressOption
 from .query.backend import KERNELS, Backend, CompiledBackend
-from .query.hit_runs import HitRunQueries
-from .query.hits import AllHits, FirstHits
 from .query.proximity.backend import PointBackend
 from .query.proximity.box_queries import BoxQueries, RowLists
 from .query.proximity.pair_queries import PairQueries
@@ -30,7 +26,9 @@ from .query.proximity.queries import PointQuery, ProximityQueries, point_backend
 from .query.proximity.regions import Regions
 from .query.proximity.strand_places import Int32Array, strand_places
 from .query.queries import Query, check_query
-from .query.ray_arguments import RayArguments, RayOptions, shows_ray_options
+from .query.ray_arguments import RayArguments
+from .query.ray_queries import RayQueries
+from .query.rays import RayBatch
 from .query.wrappers.pieces import View
 from .query.wrappers.wrap import backend_of
 from .refit import built_cost, refitted
@@ -38,7 +36,7 @@ from .support.computed_once import computed_once
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Tree(PlacedTree, HitRunQueries, ProximityQueries, PairQueries, BoxQueries):
+class Tree(PlacedTree, RayQueries, ProximityQueries, PairQueries, BoxQueries):
     """An acceleration tree over primitives, as `build` makes it.
 
     It is immutable. ``nodes`` and ``refs`` are its data; ``cost()``, ``stats()``, ``levels()`` and ``validate()``
@@ -46,194 +44,6 @@ class Tree(PlacedTree, HitRunQueries, ProximityQueries, PairQueries, BoxQueries)
     and ``next_hits``, each with its own radius; those about points are ``nearest``, ``within`` and ``count_within``.
     ``pairs`` finds what is near to each other, ``along`` what is near to a polyline, and ``in_box`` what is in boxes.
     """
-
-    @shows_ray_options
-    def first_hit(
-        self,
-        origins: npt.ArrayLike,
-        directions: npt.ArrayLike,
-        radius: npt.ArrayLike | None = None,
-        *,
-        at: str = "closest",
-        kernel: str = "auto",
-        **options: Unpack[RayOptions],
-    ) -> FirstHits:
-        """Find the nearest hit of each ray o + t·d.
-
-        A ray hits a segment if it comes within the radius of it, for t in [t_min, t_max]: the radius of the query, plus
-        that of the lines if they have one. Of hits with equal t the lowest id comes first. All queries take these
-        parameters.
-
-        Parameters
-        ----------
-        origins, directions : (…, 3) array
-            Converted to float32. t is in units of the direction's length, which need not be 1.
-        radius : number or (…) array, optional
-            The largest distance of a hit, in units of the coordinates: one for all rays or one for each. The radius of
-            the lines is added to it. The default is 0 if they have one or there is a spread, else it is required.
-        spread : number or (…) array
-            By how much the radius grows for each unit of length along the ray, from its origin on: one for all rays or
-            one for each. `Camera.spread` is that of half a pixel. Needs ``at="closest"``.
-        ignore, ignore_strands : int array or hits, optional
-            Primitives and strands to leave out, as if they were not there: (k,) for all rays, or (…, m) with m numbers
-            for each ray, of which -1 is none. First hits stand for what each of them has hit. Both broadcast to the
-            shape of the rays.
-            In a `Geometry`, primitives have their ``hits.prim_number``, and strands count on from part to part.
-        parts : int or sequence of ints, optional
-            The parts of a `Geometry` that rays see, as if it had no others; by default all. Hits name parts and
-            primitives as without it.
-        t_min, t_max : number or (…) array
-            Bounds on t: one for all rays or one for each.
-        at : {"closest", "surface"}
-            Take t at the closest approach (the thesis), or where the ray enters the capsule or round cone of this
-            radius around the segment (t_min if it starts inside); ``t_out`` is then where it leaves.
-        invalid : {"error", "skip"}
-            Refuse invalid rays (NaN, a direction of length zero, …), or let them miss and list them in ``skipped``.
-        progress : bool or callable
-            Show a bar, or call back with the fraction that is done.
-        kernel : {"auto", "single", "wave", "bundle", "binary"}
-            Choose the kernel for each group of rays by their coherence, or force one: one ray at a time, incoherent
-            rays together, coherent rays as one beam, or a search of the tree as it was built. The answer is the same.
-            Rays with a spread are never bundled.
-
-        Returns
-        -------
-        FirstHits
-            Arrays of the shape of the rays.
-
-        Raises
-        ------
-        InputError
-            If a ray is invalid, and the message lists the rows; if there is no radius; or if there is a spread with
-            ``at="surface"``.
-
-        Examples
-        --------
-        >>> import fastlines as fl
-        >>> tree = fl.build([[[-1, -1, -1], [1, 1, 1]]])
-        >>> tree.first_hit([0, 0, -5], [0, 0, 1], 0.5).t
-        array(5., dtype=float32)
-        """
-        return self._query(kernel, RayArguments(origins, directions, radius, **options)).first_hit(at)
-
-    @shows_ray_options
-    def all_hits(
-        self,
-        origins: npt.ArrayLike,
-        directions: npt.ArrayLike,
-        radius: npt.ArrayLike | None = None,
-        *,
-        at: str = "closest",
-        merge: str | None = None,
-        kernel: str = "auto",
-        **options: Unpack[RayOptions],
-    ) -> AllHits:
-        """Find every hit of each ray, each once, sorted by t; `first_hit` explains the other parameters.
-
-        Parameters
-        ----------
-        merge : {None, "strand"}
-            Make one hit of those of a strand whose intervals from t to ``t_out`` overlap, so that a strand that the ray
-            crosses counts once per crossing; needs ``at="surface"``. See `AllHits.merged_by_strand`.
-
-        Notes
-        -----
-        A hit takes 20 bytes (24 with ``at="surface"``), and 20 more during the query; `count_hits` counts them.
-
-        Raises
-        ------
-        MemoryError
-            If the hits do not fit into memory. A sample of the rays often shows this soon after the start.
-
-        Examples
-        --------
-        >>> import fastlines as fl
-        >>> tree = fl.build([[[-1, 0, 0], [1, 0, 0]], [[0, -1, 1], [0, 1, 1]]])
-        >>> hits = tree.all_hits([[0, 0, -5], [9, 9, 9]], [0, 0, 1], 0.5)
-        >>> print(hits.offsets, hits.prim, hits.t)
-        [0 2 2] [0 1] [5. 6.]
-        """
-        return self._query(kernel, RayArguments(origins, directions, radius, **options)).all_hits(at, merge)
-
-    @shows_ray_options
-    def any_hit(
-        self,
-        origins: npt.ArrayLike,
-        directions: npt.ArrayLike,
-        radius: npt.ArrayLike | None = None,
-        *,
-        kernel: str = "auto",
-        **options: Unpack[RayOptions],
-    ) -> npt.NDArray[np.bool_]:
-        """Return whether each ray hits anything, as bool of the shape of the rays; see `first_hit`.
-
-        Examples
-        --------
-        >>> import fastlines as fl
-        >>> fl.build([[[-1, 0, 0], [1, 0, 0]]]).any_hit([[0, 0, -5], [9, 9, 9]], [0, 0, 1], 0.5)
-        array([ True, False])
-        """
-        return self._query(kernel, RayArguments(origins, directions, radius, **options)).any_hit()
-
-    @shows_ray_options
-    def count_hits(
-        self,
-        origins: npt.ArrayLike,
-        directions: npt.ArrayLike,
-        radius: npt.ArrayLike | None = None,
-        *,
-        kernel: str = "auto",
-        **options: Unpack[RayOptions],
-    ) -> IntArray:
-        """Count the segments that each ray hits, as int64 of the shape of the rays; see `first_hit`.
-
-        Examples
-        --------
-        >>> import fastlines as fl
-        >>> tree = fl.build([[[-1, 0, 0], [1, 0, 0]], [[0, -1, 1], [0, 1, 1]]])
-        >>> tree.count_hits([[0, 0, -5], [9, 9, 9]], [0, 0, 1], 0.5)
-        array([2, 0])
-        """
-        return self._query(kernel, RayArguments(origins, directions, radius, **options)).count_hits()
-
-    @shows_ray_options
-    def next_hits(
-        self,
-        origins: npt.ArrayLike,
-        directions: npt.ArrayLike,
-        radius: npt.ArrayLike | None = None,
-        k: int | None = None,
-        *,
-        rank: str = "t",
-        at: str = "closest",
-        kernel: str = "auto",
-        **options: Unpack[RayOptions],
-    ) -> AllHits:
-        """Find the k best hits of each ray, each once, by t or by distance; `first_hit` explains the other parameters.
-
-        Parameters
-        ----------
-        k : int
-        rank : {"t", "distance"}
-            Which hits come first, and the order of the answer: those with the least t, or those with the least
-            ``distance`` from the ray (of thick lines: of their axes). Ties go by t, then by id.
-
-        Notes
-        -----
-        For later hits ask for a larger k. With t_min at the last t, the ray would start there and find again segments
-        that are still within the radius.
-
-        Examples
-        --------
-        >>> import fastlines as fl
-        >>> tree = fl.build([[[-1, 0.4, 0], [1, 0.4, 0]], [[-1, 0.1, 1], [1, 0.1, 1]]])
-        >>> ray = [0, 0, -5], [0, 0, 1], 0.5
-        >>> print(tree.next_hits(*ray, k=1).prim, tree.next_hits(*ray, k=1, rank="distance").prim)
-        [0] [1]
-        """
-        if k is None:
-            raise InputError("next_hits needs k=, the number of hits of each ray; radius= comes before it")
-        return self._query(kernel, RayArguments(origins, directions, radius, **options)).next_hits(k, at, rank)
 
     @computed_once
     def _binary_view(self) -> _core.BinaryView:
@@ -259,6 +69,10 @@ class Tree(PlacedTree, HitRunQueries, ProximityQueries, PairQueries, BoxQueries)
             gpu = self._on_gpu(given.has_spread, alone=True)
             return Query(gpu, check_device_query(gpu, self.geometry, box, given), self.geometry)
         rays = check_query(self.geometry, box, given)
+        return Query(self._backend(kernel, rays), rays, self.geometry, given.progress)
+
+    def _backend(self, kernel: str, rays: RayBatch) -> Backend:
+        """Return what answers checked rays."""
         if self.backend == "cuda" and kernel != "auto":
             raise InputError(f"kernel={kernel!r} is one of the CPU's; leave it out, or query the tree on the CPU")
         core: Backend
@@ -271,7 +85,7 @@ class Tree(PlacedTree, HitRunQueries, ProximityQueries, PairQueries, BoxQueries)
             core = CompiledBackend(engine, view, (KERNELS[kernel],))
         if self.backend == "cuda":
             core = self._on_gpu(rays.has_spread, rays.parts)
-        return Query(backend_of(self.geometry, core, view, rays), rays, self.geometry, given.progress)
+        return backend_of(self.geometry, core, view, rays)
 
     def _point_query(self, given: PointArguments) -> PointQuery:
         points = check_points(self.geometry, self.nodes["box"][0], given)

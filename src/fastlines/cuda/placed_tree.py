@@ -59,13 +59,13 @@ class PlacedTree(TreeData):
             _ = self.layout  # so that all trees made from this one share it, and it is uploaded once
         placed = object.__new__(type(self))
         placed.__dict__.update(self.__dict__)
-        placed.__dict__["_backend"] = backend
+        placed.__dict__["_place"] = backend
         return placed
 
     @property
     def backend(self) -> str:
         """Which backend answers queries: "cpu" or "cuda"."""
-        return str(self.__dict__.get("_backend") or get_backend())
+        return str(self.__dict__.get("_place") or get_backend())
 
     def _on_gpu(self, has_spread: bool, parts: tuple[int, ...] | None = None, *, alone: bool = False) -> CudaBackend:
         """Return the backend that queries the GPU.
