@@ -21,8 +21,8 @@ template <class Find>
 PairTuple query_pairs(const LayoutView& layout, const LayoutView* other, const BothRowArrays& known,
                       const PairOptions& options, const nb::object& progress, Find&& find) {
   const LayoutView& second = other ? *other : layout;
-  Box box = layout.box;
-  box.grow(second.box);
+  Box box = layout.frame_box;
+  box.grow(second.frame_box);
   const PairQuery query = pair_query(layout.prims, second.prims, !other, frame_of(box), known, options);
   return watch_pairs(progress, [&](Progress& watched) { return find(query, second, watched); });
 }

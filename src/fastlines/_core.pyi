@@ -85,6 +85,7 @@ class LayoutView:
         leaves: NDArray[numpy.uint8],
         refs: NDArray[numpy.uint32],
         corners: Sequence[float],
+        frame_corners: Sequence[float],
         mean_extent: float,
     ) -> None: ...
     @property
@@ -103,7 +104,7 @@ def reinsert(
     progress: object | None,
 ) -> tuple[NDArray[numpy.uint32], NDArray[numpy.uint32], int]: ...
 def planes(
-    nodes: NDArray[numpy.uint32], refs: NDArray[numpy.uint32]
+    nodes: NDArray[numpy.uint32], refs: NDArray[numpy.uint32], frame_corners: Sequence[float]
 ) -> tuple[NDArray[numpy.uint32], NDArray[numpy.uint32], int]: ...
 
 MAX_DEPTH: int = 4096
@@ -124,7 +125,11 @@ def cost(nodes: NDArray[numpy.uint32], c_trav: float, c_prim: float) -> float: .
 class BinaryView:
     @staticmethod
     def of_boxes(
-        kind: str, data: NDArray[numpy.float32], nodes: NDArray[numpy.uint32], refs: NDArray[numpy.uint32]
+        kind: str,
+        data: NDArray[numpy.float32],
+        nodes: NDArray[numpy.uint32],
+        refs: NDArray[numpy.uint32],
+        frame_corners: Sequence[float],
     ) -> BinaryView: ...
     @staticmethod
     def of_planes(
@@ -134,6 +139,7 @@ class BinaryView:
         refs: NDArray[numpy.uint32],
         depth: int,
         corners: Sequence[float],
+        frame_corners: Sequence[float],
     ) -> BinaryView: ...
     @staticmethod
     def of_primitives(kind: str, data: NDArray[numpy.float32], all: NDArray[numpy.float32]) -> BinaryView: ...

@@ -24,6 +24,7 @@ def build_layout(
     data: NDArray[numpy.float32],
     nodes: NDArray[numpy.uint32],
     refs: NDArray[numpy.uint32],
+    frame_corners: Sequence[float],
     radius_hint: float,
     n_threads: int,
     progress: object | None,

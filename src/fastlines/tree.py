@@ -59,16 +59,15 @@ class Tree(PlacedTree, RayQueries, ProximityQueries, PairQueries, BoxQueries):
     def _binary_over(self, kind: str, data: FloatArray) -> _core.BinaryView:
         if self.settings.boxes == "cut":
             return _core.BinaryView.of_planes(kind, data, *self.planes)
-        return _core.BinaryView.of_boxes(kind, data, *self.words())
+        return _core.BinaryView.of_boxes(kind, data, *self.words(), self.frame_box.reshape(-1).tolist())
 
     def _query(self, kernel: str, given: RayArguments) -> Query:
         """Check the rays, and choose the backend."""
         choice("kernel", kernel, tuple(KERNELS))
-        box = self.nodes["box"][0]
         if is_on_device(given.origins):
             gpu = self._on_gpu(given.has_spread, alone=True)
-            return Query(gpu, check_device_query(gpu, self.geometry, box, given), self.geometry)
-        rays = check_query(self.geometry, box, given)
+            return Query(gpu, check_device_query(gpu, self.geometry, self.frame_box, given), self.geometry)
+        rays = check_query(self.geometry, self.frame_box, given)
         return Query(self._backend(kernel, rays), rays, self.geometry, given.progress)
 
     def _backend(self, kernel: str, rays: RayBatch) -> Backend:
@@ -88,7 +87,7 @@ class Tree(PlacedTree, RayQueries, ProximityQueries, PairQueries, BoxQueries):
         return backend_of(self.geometry, core, view, rays)
 
     def _point_query(self, given: PointArguments) -> PointQuery:
-        points = check_points(self.geometry, self.nodes["box"][0], given)
+        points = check_points(self.geometry, self.frame_box, given)
         return PointQuery(self._point_backend(), points, self.geometry, given.progress)
 
     def _point_backend(self) -> PointBackend:
@@ -138,7 +137,7 @@ class Tree(PlacedTree, RayQueries, ProximityQueries, PairQueries, BoxQueries):
         Raises
         ------
         InputError
-            If there are more or fewer segments, or one holds NaN or Inf.
+            If there are more or fewer segments, one holds NaN or Inf, or they leave the frame of the build.
 
         Examples
         --------

@@ -67,6 +67,7 @@ def write(
         "limits_hit": json.dumps(dict(tree.limits_hit)),
         "built_cost": None if tree.built_cost is None else repr(tree.built_cost),
         "kind": None if facts["kind"] == "Lines" else facts["kind"],
+        "frame": None if tree.frame is None else json.dumps(tree.frame.tolist()),
         "up": facts.get("up"),
         "unit": facts.get("unit"),
         "tolerance": None if facts.get("tolerance") is None else repr(facts["tolerance"]),
@@ -113,8 +114,9 @@ def read(
         facts: dict[str, Any] = {name: metadata.get(name) for name in ("kind", "up", "unit")}
         facts |= {name: json.loads(metadata[name]) for name in ("tolerance", "metadata", "parts") if name in metadata}
         geometry = from_sections(arrays, facts, refuse)
+        frame = np.array(json.loads(metadata["frame"]), np.float32) if "frame" in metadata else None
         nodes, refs = arrays["nodes"].reshape(-1).view(NODE), arrays["refs"].reshape(-1).view(REF)
-        return kind(geometry, nodes, refs, settings, metadata["method"], limits_hit, built_cost)
+        return kind(geometry, nodes, refs, settings, metadata["method"], limits_hit, built_cost, frame=frame)
     except FileFormatError:
         raise
     except UNUSABLE as error:

@@ -128,16 +128,14 @@ class NearParts:
         ends = self.rows.reshape(-1, 3)
         corners = np.concatenate([ends.min(axis=0), ends.max(axis=0)]).tolist()
         blocks, refs = np.zeros((0, 128), np.uint8), np.zeros((0, 2), np.uint32)
-        needle = _core.LayoutView("segments", self.rows, blocks, blocks, refs, corners, 0.0)
+        needle = _core.LayoutView("segments", self.rows, blocks, blocks, refs, corners, corners, 0.0)
         reach = reach_of(query)
         low, high = self.rows.reshape(-1, 2, 3).min(axis=1) - reach, self.rows.reshape(-1, 2, 3).max(axis=1) + reach
         near = distinct(sets.near(low.astype(np.float32), high.astype(np.float32))[1])
         found, n_left = [no_pairs()], most_pairs()
         for at, number in enumerate(near):
-            of, share = (
-                sets.open(int(number), with_places=False),
-                staged(callback, at / len(near), (at + 1) / len(near)),
-            )
+            of = sets.open(int(number), with_places=False)
+            share = staged(callback, at / len(near), (at + 1) / len(near))
             known = (None, None, None), of.rows(of_whole=False)
             options = query.options(0, len(self.rows), n_left)
             part, row, s, u, distance = engine.pairs(needle, of.view, known, options, get_num_threads(), share)
