@@ -202,7 +202,7 @@ class Forest(RayQueries, ProximityQueries):
         from .ray_backend import ForestRays  # type: ignore[import-not-found]
 
         backend: Backend = ForestRays(self._store, self._top, kernel)
-        return IgnoringBackend(backend) if rays.ignored else backend
+        return IgnoringBackend(backend, self.geometry) if rays.ignored else backend
 
     def _point_query(self, given: PointArguments) -> PointQuery:
         """Check the points, and choose the backend."""
