@@ -143,19 +143,6 @@ def test_tiles_close_within_the_memory(forest: fl.Forest) -> None:
     assert store.open(0) is first
 
 
-def test_a_tree_file_is_a_forest_of_one_tile(tmp_path: Path, lines: fl.Lines) -> None:
-    tree = fl.build(lines)
-    tree.save(tmp_path / "hair.flt")
-    forest = fl.Forest(tmp_path / "hair.flt")
-    assert repr(forest).startswith("<Forest best: 300 segments in 1 tile, ")
-    rays = lines.segments[:, 0] + [0, 0, -3], [0, 0, 1]
-    assert forest.first_hit(*rays).t.tobytes() == tree.first_hit(*rays).t.tobytes()
-    assert forest.nearest(rays[0]).prim.tolist() == tree.nearest(rays[0]).prim.tolist()
-    forest.verify()
-    with pytest.raises(fl.InputError, match="is the file of one tree"):
-        forest.rebuild(0)
-
-
 def test_threads_open_a_tile_once(forest: fl.Forest, monkeypatch: pytest.MonkeyPatch) -> None:
     from fastlines.forest import tile_store
 

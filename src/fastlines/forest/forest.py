@@ -191,7 +191,7 @@ class Forest(RayQueries, ProximityQueries):
             require_radius(self.geometry, given.radius, given.spread)
             backend = MappedRays(self, kernel, self._mapping or Mapping(map))
             return Query(backend, DaskRays.of(self, kernel, given), self.geometry)
-        rays = check_query(self.geometry, self.manifest.bounds, given)
+        rays = check_query(self.geometry, self.manifest.frame, given)
         mapped = None if self._mapping is None else MappedRays(self, kernel, self._mapping)
         return Query(mapped or self._backend(kernel, rays), rays, self.geometry, given.progress)
 
@@ -210,7 +210,7 @@ class Forest(RayQueries, ProximityQueries):
             return self._store.open(0).tree._point_query(given)
         from .point_backend import ForestPoints  # type: ignore[import-not-found]
 
-        points = check_points(self.geometry, self.manifest.bounds, given)
+        points = check_points(self.geometry, self.manifest.frame, given)
         return PointQuery(ForestPoints(self._store, self._top), points, self.geometry, given.progress)
 
     # --- Files ---
