@@ -13,6 +13,7 @@ from ..errors import FileFormatError, InputError
 from ..geometry.any_geometry import AnyGeometry
 from ..progress import ProgressOption, reporting
 from ..query.backend import KERNELS, Backend
+from ..query.proximity.backend import PointBackend
 from ..query.proximity.point_arguments import PointArguments
 from ..query.proximity.points import check_points
 from ..query.proximity.queries import PointQuery, ProximityQueries
@@ -27,6 +28,7 @@ from .geometry import ForestGeometry
 from .index import Index
 from .manifest import Manifest
 from .mapping.dask_rays import DaskRays, has_dask_rays
+from .mapping.mapped_points import MappedPoints
 from .mapping.mapped_rays import MappedRays
 from .mapping.mapping import Mapping
 from .mapping.where import mapping_of
@@ -206,12 +208,19 @@ class Forest(RayQueries, ProximityQueries):
 
     def _point_query(self, given: PointArguments) -> PointQuery:
         """Check the points, and choose the backend."""
+        points, backend = check_points(self.geometry, self.manifest.frame, given), self._point_backend()
+        if self._mapping is not None:
+            backend = MappedPoints(self, backend, self._mapping)
+        return PointQuery(backend, points, self.geometry, given.progress)
+
+    def _point_backend(self) -> PointBackend:
+        """Return what answers checked points."""
         if self._is_file:
-            return self._store.open(0).tree._point_query(given)
+            return self._store.open(0).tree._point_backend()
         from .point_backend import ForestPoints  # type: ignore[import-not-found]
 
-        points = check_points(self.geometry, self.manifest.frame, given)
-        return PointQuery(ForestPoints(self._store, self._top), points, self.geometry, given.progress)
+        backend: PointBackend = ForestPoints(self._store, self._top)
+        return backend
 
     # --- Files ---
 

@@ -16,8 +16,10 @@ from support.patience import HANGS
 
 from fastlines.errors import WorkerError
 from fastlines.forest.mapping import dask_map, task
+from fastlines.forest.mapping.connect import connected
 from fastlines.forest.mapping.dask_map import DaskMap, is_client
 from fastlines.forest.mapping.mapping import Mapping
+from fastlines.threads import num_threads
 
 distributed = pytest.importorskip("distributed")
 
@@ -199,3 +201,19 @@ def test_a_scheduler_that_is_gone_in_the_middle(tmp_path, monkeypatch, how):
         for process in (scheduler, worker):
             process.kill()
             process.wait(HANGS)
+
+
+def test_a_client_by_its_address(cluster, tmp_path):
+    with connected(cluster.scheduler_address) as client:
+        assert values(client, squares(3)) == [0, 1, 4]
+    (tmp_path / "empty.json").write_text("{}")
+    for address in ("tcp://127.0.0.1:9", "127.0.0.1:9", "nothing://here"):
+        with pytest.raises(WorkerError, match=f"no scheduler answers at {address} .*; start one with  dask scheduler"):
+            connected(address, 0.5).__enter__()
+
+
+@pytest.mark.slow
+def test_a_cluster_of_this_machine():
+    with num_threads(1), connected("local") as client:
+        assert values(client, squares(3)) == [0, 1, 4]
+        assert DaskMap(client).n_slots == 1

@@ -10,6 +10,7 @@ import numpy as np
 
 from ...geometry.any_geometry import AnyGeometry
 from ...query.hits import AllHits, FirstHits
+from ...support.optional import optional
 
 #: The columns of hits that not all of them have.
 OPTIONAL = ("t_out", "part", "strand")
@@ -48,8 +49,7 @@ class DaskHits:
 
     def _computed(self, **options: Any) -> dict[str, Any]:
         """Compute all columns in one go."""
-        import dask
-
+        dask = optional("dask", "hits in arrays of Dask", "cluster")
         known = {of.name: getattr(self, of.name) for of in fields(self)}
         lazy = {name: values for name, values in known.items() if hasattr(values, "dask") and name != "strand"}
         return dict(zip(lazy, dask.compute(*lazy.values(), **options), strict=True))

@@ -56,7 +56,7 @@ class BlockWork:
 
     def answer(self, *arrays: npt.NDArray[Any], names: tuple[str, ...]) -> Any:
         """Answer a block of rays."""
-        given = dict(zip(("origins", "directions", *names), arrays, strict=True))
+        given: dict[str, Any] = dict(zip(("origins", "directions", *names), arrays, strict=True))
         given |= {name: given[name][..., 0] for name in names}
         work = replace(self, given=replace(self.given, **given))
         result = do(Task(0, work, version=self.version))
@@ -86,7 +86,7 @@ class DaskRays:
         InputError
             If shapes do not match, sizes of blocks are not known, or an option is for each ray.
         """
-        array = optional("dask.array", "rays in arrays of Dask", "cluster")
+        array = _dask("dask.array")
         for name in ("ignore", "ignore_strands"):
             if np.ndim(getattr(given, name)) > 1 or hasattr(getattr(given, name), "prim"):
                 raise InputError(f"{name} is for each ray; with rays in arrays of Dask give numbers for all rays, (k,)")
@@ -112,7 +112,8 @@ class DaskRays:
         # Cut all of them as the one with the most blocks.
         blocks = max((values.chunks[:-1] for values in (*vectors, *each)), key=lambda chunks: [*map(len, chunks)])
         arrays = [values.rechunk((*blocks, values.shape[-1])) for values in (*vectors, *each)]
-        plain = replace(given, origins=None, directions=None, **dict.fromkeys(names, 0.0))
+        taken: dict[str, Any] = dict.fromkeys(("origins", "directions", *names), 0.0)
+        plain = replace(given, **taken)
         return cls(forest, kernel, plain, tuple(arrays), names)
 
     @property
@@ -147,19 +148,16 @@ class DaskRays:
 
     def _mapped(self, work: BlockWork, kind: np.dtype[Any]) -> Any:
         """Return an array with a value for each ray."""
-        from dask import array
-
+        array, dask = _dask("dask.array"), _dask("dask.base")
         ndim = self.arrays[0].ndim - 1
         return array.map_blocks(
             work.answer, *self.arrays, names=self.names, drop_axis=ndim, meta=np.empty((0,) * ndim, kind), dtype=kind,
-            name=f"{work.query}-{array.core.tokenize(work.forest, work.how, work.record, *self.arrays)}"
+            name=f"{work.query}-{dask.tokenize(work.forest, work.how, work.record, *self.arrays)}"
         )  # fmt: skip
 
     def _listed(self, work: BlockWork) -> DaskAllHits:
         """Return lists, from the blocks of the rays in a row."""
-        import dask
-        from dask import array
-
+        array, dask = _dask("dask.array"), _dask("dask")
         flat = [values.reshape(-1, values.shape[-1]) for values in self.arrays]
         sizes = flat[0].chunks[0]
         flat = [values.rechunk((sizes, values.shape[-1])) for values in flat]
@@ -183,6 +181,10 @@ class DaskRays:
     @staticmethod
     def _columns(rows: Any) -> dict[str, Any]:
         return {**dict.fromkeys(OPTIONAL), **{name: rows[name] for name in rows.dtype.names}}
+
+
+def _dask(module: str) -> Any:
+    return optional(module, "rays in arrays of Dask", "cluster")
 
 
 def _at(surface: bool) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,7 +14,6 @@ from ...progress import ProgressCallback
 from ...query.backend import Backend, HitColumns, HitLists
 from ...query.rays import RayBatch
 from .forest_address import ForestAddress
-from .left_out import LeftOut
 from .mapping import Chunk, Mapping
 
 if TYPE_CHECKING:
@@ -34,13 +33,11 @@ class RayWork:
     query: str
     how: tuple[Any, ...]
     rays: RayBatch
-    left_out: tuple[LeftOut, ...]
 
     def done(self) -> Any:
         """Answer the rays with the tiles that this process sees."""
-        forest = self.forest.opened()
-        rays = replace(self.rays, ignored=tuple(each.ignored(forest) for each in self.left_out))
-        return getattr(forest._backend(self.kernel, rays), self.query)(rays, *self.how, None)
+        backend = self.forest.opened()._backend(self.kernel, self.rays)
+        return getattr(backend, self.query)(self.rays, *self.how, None)
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,9 +110,7 @@ class MappedRays:
         order = rows_by_tile(tile)
 
         def work(rows: IntArray) -> RayWork:
-            some = rays.some(rows)
-            left_out = LeftOut.of(some.ignored)
-            return RayWork(address, self.kernel, query, how, replace(some, ignored=()), left_out)
+            return RayWork(address, self.kernel, query, how, rays.some(rows))
 
         def place(rows: IntArray) -> float:
             return float(tile[rows[0]]) / self.forest.n_tiles

@@ -114,6 +114,12 @@ class Mapping:
                     progress(n_done / len(order))
             seconds, n_bytes = spent / max(1, n_rows), returned / max(1, n_rows)
 
+    @property
+    def n_chunks(self) -> int:
+        """How many chunks a query should have at least."""
+        n_slots = int(getattr(self.function, "n_slots", 0)) or self.tuning.n_slots
+        return self.tuning.each * n_slots
+
     def _rounds(self, order: IntArray) -> Iterator[list[IntArray]]:
         """Yield chunks all over the rows, which measure their cost, and then all others, as one."""
         n, tuning = len(order), self.tuning
@@ -129,9 +135,8 @@ class Mapping:
     def _cut(self, order: IntArray, seconds: float, n_bytes: float) -> list[IntArray]:
         """Cut rows, by what one costs."""
         tuning = self.tuning
-        n_slots = int(getattr(self.function, "n_slots", 0)) or tuning.n_slots
         fitting = min(tuning.seconds / max(seconds, 1e-9), tuning.n_bytes / max(n_bytes, 1))
-        size = max(1, min(fitting, max(tuning.least, len(order) / (tuning.each * n_slots))))
+        size = max(1, min(fitting, max(tuning.least, len(order) / self.n_chunks)))
         return np.array_split(order, max(1, math.ceil(len(order) / size)))
 
     def _results(self, tasks: list[Task]) -> Iterator[Any]:

@@ -130,7 +130,7 @@ def _files(rays: Any) -> list[str]:
     """Return the paths of files of rays."""
     several = [rays] if isinstance(rays, str | os.PathLike) else [*rays]
     files: list[str] = []
-    for path in map(os.fspath, several):
+    for path in [os.fspath(path) for path in several]:
         found = sorted(map(str, Path(path).glob("*.parquet"))) if os.path.isdir(path) else [path]
         if not found:
             raise InputError(f"{path} is a folder without *.parquet files")
