@@ -150,7 +150,7 @@ def test_what_is_no_map_is_refused(function, said):
 
 
 def test_where_must_be_a_map():
-    with pytest.raises(InputError, match="where is a list; expected a function"):
+    with pytest.raises(InputError, match=r"where=\[\]; expected a function, such as executor\.map, or a Client"):
         mapping_of([], None)
     with pytest.raises(InputError, match="n_threads=0; expected a whole number"):
         mapping_of(map, 0)

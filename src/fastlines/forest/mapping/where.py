@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from ...arrays import count, kind_of
+from ...arrays import count
 from ...errors import InputError
 from ...threads import MAX_THREADS
 from .dask_map import DaskMap, is_client
@@ -24,13 +24,12 @@ def map_of(where: Any, name: str = "where") -> MapFunction:
         return DaskMap(where)
     if not callable(where):
         raise InputError(
-            f"{name} is {kind_of(where)}; expected a function such as the `map` of an executor, or a Client of "
-            "dask.distributed"
+            f"{name}={where!r}; expected a function, such as executor.map, or a Client of dask.distributed"
         )
     function: MapFunction = where
     return function
 
 
-def mapping_of(where: Any, n_threads: int | None) -> Mapping:
+def mapping_of(where: Any, n_threads: int | None, name: str = "where") -> Mapping:
     """Check where tasks are to run, and with how many threads each."""
-    return Mapping(map_of(where), None if n_threads is None else count("n_threads", n_threads, 1, MAX_THREADS))
+    return Mapping(map_of(where, name), None if n_threads is None else count("n_threads", n_threads, 1, MAX_THREADS))
