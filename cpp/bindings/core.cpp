@@ -20,4 +20,5 @@ NB_MODULE(_core, m) {
   bind_in_box(m);
   bind_top_tree(m);
   bind_forest(m);
+  bind_merges(m);
 }

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import copy
 import os
 from pathlib import Path
 from typing import Any
@@ -12,19 +13,25 @@ from ..errors import FileFormatError, InputError
 from ..geometry.any_geometry import AnyGeometry
 from ..progress import ProgressOption, reporting
 from ..query.backend import KERNELS, Backend
+from ..query.proximity.backend import PointBackend
 from ..query.proximity.point_arguments import PointArguments
 from ..query.proximity.points import check_points
 from ..query.proximity.queries import PointQuery, ProximityQueries
 from ..query.queries import Query, check_query
 from ..query.ray_arguments import RayArguments
 from ..query.ray_queries import RayQueries
-from ..query.rays import RayBatch
+from ..query.rays import RayBatch, require_radius
 from ..query.wrappers.ignore import IgnoringBackend
 from ..support.computed_once import computed_once
 from ..support.texts import bytes_text, counted
 from .geometry import ForestGeometry
 from .index import Index
 from .manifest import ADVICE, Manifest
+from .mapping.dask_rays import DaskRays, has_dask_rays
+from .mapping.mapped_points import MappedPoints
+from .mapping.mapped_rays import MappedRays
+from .mapping.mapping import Mapping
+from .mapping.where import mapping_of
 from .tile_files import manifest_of_tree, next_name, write_tile
 from .tile_store import TileStore, read_tile
 
@@ -79,6 +86,7 @@ class Forest(RayQueries, ProximityQueries):
         if verify is not None:
             instance("verify", verify, bool, "True, False or None")
         self.path = Path(path)
+        self._mapping: Mapping | None = None
         self._is_file = self.path.is_file()
         if self._is_file:
             self._store = TileStore(self.path.parent, manifest_of_tree(self.path, verify), memory, verify)
@@ -135,6 +143,50 @@ class Forest(RayQueries, ProximityQueries):
 
     # --- Queries ---
 
+    def on(self, where: Any, *, n_threads: int | None = None) -> Forest:
+        """Return this forest, with queries that other processes answer, which see the same files.
+
+        The answers are the same. Rays and points are sorted by the tiles that they meet, and sent in chunks. Each
+        process keeps the tiles open that it has asked. Up to 256 rays or points are answered here.
+
+        Parameters
+        ----------
+        where : Client of dask.distributed, or callable
+            The workers of Dask, or a function that is called as ``where(function, tasks)`` and returns or yields
+            ``function(task)`` for each task of a list, in their order: the `map` of an executor, for example.
+        n_threads : int, optional
+            How many threads each task uses. The default shares those of a worker of Dask among its tasks, and is 1
+            elsewhere.
+
+        Returns
+        -------
+        Forest
+            This one stays as it is.
+
+        Raises
+        ------
+        InputError
+            If `where` is neither. Queries raise `WorkerError` if workers cannot answer them: there is no half answer.
+
+        Examples
+        --------
+        >>> import fastlines as fl
+        >>> from concurrent.futures import ThreadPoolExecutor
+        >>> from tempfile import TemporaryDirectory
+        >>> with TemporaryDirectory() as folder, ThreadPoolExecutor(2) as executor:
+        ...     fl.build([[[-1, -1, -1], [1, 1, 1]]]).save(f"{folder}/tree.flt")
+        ...     print(fl.Forest(f"{folder}/tree.flt").on(executor.map).first_hit([0, 0, -5], [0, 0, 1], 0.5).t)
+        5.0
+        """
+        made = copy.copy(self)
+        made._mapping = mapping_of(where, n_threads)
+        return made
+
+    def __copy__(self) -> Forest:
+        made = object.__new__(type(self))
+        made.__dict__.update(self.__dict__)
+        return made
+
     @computed_once
     def _top(self) -> Any:
         from .top_tree import TopTree
@@ -146,8 +198,13 @@ class Forest(RayQueries, ProximityQueries):
         choice("kernel", kernel, tuple(KERNELS))
         if is_on_device(given.origins):
             raise InputError("rays are in the memory of a GPU, and forests run on the CPU; pass NumPy arrays")
+        if has_dask_rays(given):
+            require_radius(self.geometry, given.radius, given.spread)
+            backend = MappedRays(self, kernel, self._mapping or Mapping(map))
+            return Query(backend, DaskRays.of(self, kernel, given), self.geometry)
         rays = check_query(self.geometry, self.manifest.frame, given)
-        return Query(self._backend(kernel, rays), rays, self.geometry, given.progress)
+        mapped = None if self._mapping is None else MappedRays(self, kernel, self._mapping)
+        return Query(mapped or self._backend(kernel, rays), rays, self.geometry, given.progress)
 
     def _backend(self, kernel: str, rays: RayBatch) -> Backend:
         """Return what answers checked rays."""
@@ -156,16 +213,23 @@ class Forest(RayQueries, ProximityQueries):
         from .ray_backend import ForestRays
 
         backend: Backend = ForestRays(self._store, self._top, kernel)
-        return IgnoringBackend(backend) if rays.ignored else backend
+        return IgnoringBackend(backend, self.geometry) if rays.ignored else backend
 
     def _point_query(self, given: PointArguments) -> PointQuery:
         """Check the points, and choose the backend."""
+        points, backend = check_points(self.geometry, self.manifest.frame, given), self._point_backend()
+        if self._mapping is not None:
+            backend = MappedPoints(self, backend, self._mapping)
+        return PointQuery(backend, points, self.geometry, given.progress)
+
+    def _point_backend(self) -> PointBackend:
+        """Return what answers checked points."""
         if self._is_file:
-            return self._store.open(0).tree._point_query(given)
+            return self._store.open(0).tree._point_backend()
         from .point_backend import ForestPoints  # type: ignore[import-not-found]
 
-        points = check_points(self.geometry, self.manifest.frame, given)
-        return PointQuery(ForestPoints(self._store, self._top), points, self.geometry, given.progress)
+        backend: PointBackend = ForestPoints(self._store, self._top)
+        return backend
 
     # --- Files ---
 

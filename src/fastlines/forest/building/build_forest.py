@@ -15,6 +15,7 @@ from ...errors import InputError
 from ...geometry.offsets import check_offset
 from ...progress import ProgressCallback, ProgressOption, reporting
 from ..forest import Forest
+from ..mapping.where import mapping_of
 from ..writing import write_manifest
 from .budget import Budget
 from .index import index_tiles
@@ -24,7 +25,7 @@ from .plan import make_plan
 from .repair import is_whole
 from .source import Reading, source_of
 from .spill import Spill
-from .tiles import Map, TileTask, build_tiles
+from .tiles import TileTask, build_tiles
 
 #: The fraction of the work after which each stage ends.
 SPILLED, PARTITIONED, BUILT = 0.2, 0.35, 0.97
@@ -39,7 +40,7 @@ def build_forest(
     method: str | None = None,
     offset: Any = None,
     invalid: str = "error",
-    map: Map | None = None,
+    map: Any = None,
     progress: ProgressOption = False,
     **settings: Any,
 ) -> Forest:
@@ -72,9 +73,9 @@ def build_forest(
         chunk.
     invalid : {"error", "skip"}
         Refuse segments that hold NaN or Inf, or leave them out, as in `read`.
-    map : callable, optional
-        Builds several tiles at a time: it takes a function and a list of tasks, and returns an iterator of the results,
-        as the `map` of an executor of `concurrent.futures` does. Tasks are small and can be pickled.
+    map : callable or Client of dask.distributed, optional
+        Builds several tiles at a time, as `Forest.on` takes it: the `map` of an executor of `concurrent.futures`, for
+        example, or the workers of Dask. Tasks are small, and their processes see the same folder.
     progress : bool or callable
         Show a bar, or call back with the fraction that is done.
 
@@ -105,8 +106,7 @@ def build_forest(
     """
     choice("invalid", invalid, INVALID)
     wanted = check_offset(offset)
-    if map is not None and not callable(map):
-        raise InputError(f"map={map!r}; expected a function, such as executor.map")
+    mapping = None if map is None else mapping_of(map, None, "map")
     budget = Budget(memory, max_segments)
     given = source_of(source)
     named = build(np.zeros((1, 2, 3), np.float32), method, **settings).method
@@ -130,8 +130,8 @@ def build_forest(
             plan = make_plan(journal, budget)
             partition(journal, plan, budget.at_once, _stage(callback, SPILLED, PARTITIONED))
             tiles = tiles_of(journal, plan.most)
-            tasks = [TileTask(os.fspath(folder), i, rows, method, settings) for i, rows in enumerate(tiles)]
-            facts = build_tiles(journal, tasks, map, _stage(callback, PARTITIONED, BUILT))
+            tasks = [TileTask(os.path.abspath(folder), i, rows, method, settings) for i, rows in enumerate(tiles)]
+            facts = build_tiles(journal, tasks, mapping, _stage(callback, PARTITIONED, BUILT))
             index = index_tiles(journal, plan, tiles)
             write_manifest(folder, plan.frame, facts, index, named, n_strands=plan.n_strands, facts=plan.facts)
     journal.clear()

@@ -2,23 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
 
 from ...progress import ProgressCallback
 from ..manifest import TileFacts
+from ..mapping.mapping import Mapping as TaskMapping
 from ..tile_files import write_tile
 from .journal import Journal
 from .partition import TileRows, gathered
 from .plan import Plan
 from .stage_file import read_stage, write_stage
-
-#: Calls a function with each of some tasks, as `map` and `Executor.map` do, and returns what it returns, in order.
-Map: TypeAlias = Callable[[Callable[[Any], Any], Sequence[Any]], Iterable[Any]]
 
 
 @dataclass(frozen=True)
@@ -42,6 +40,10 @@ class TileTask:
     method: str | None
     settings: Mapping[str, Any] = field(default_factory=dict)
 
+    def done(self) -> int:
+        """Build the tile in this process; see `Work`."""
+        return build_tile(self)
+
 
 def build_tile(task: TileTask, progress: ProgressCallback | None = None) -> int:
     """Build a tile and write its tree file and its facts; return its number."""
@@ -57,17 +59,17 @@ def build_tile(task: TileTask, progress: ProgressCallback | None = None) -> int:
 
 
 def build_tiles(
-    journal: Journal, tasks: Sequence[TileTask], call: Map | None, progress: ProgressCallback | None
+    journal: Journal, tasks: Sequence[TileTask], mapping: TaskMapping | None, progress: ProgressCallback | None
 ) -> list[TileFacts]:
     """Build the tiles that are missing, and return the facts of all."""
     missing = [task for task in tasks if not journal.built(task.number).exists()]
     n_done = len(tasks) - len(missing)
-    if call is not None:
-        for _ in call(build_tile, missing):
+    if mapping is not None:
+        for _ in mapping.run(missing):
             n_done += 1
             if progress is not None:
                 progress(n_done / len(tasks))
-    for task in missing if call is None else ():
+    for task in missing if mapping is None else ():
         build_tile(task, _share(progress, n_done, len(tasks)))
         n_done += 1
     return [TileFacts(**read_stage(journal.built(task.number))[1]) for task in tasks]
