@@ -18,7 +18,6 @@ import numpy as np
 import numpy.typing as npt
 
 from ...arrays import FloatArray, IntArray
-from ...geometry.any_geometry import AnyGeometry
 from ...query.hit_lists import offsets_of
 from ...query.hits import AllHits, FirstHits
 from ...support.computed_once import computed_once
