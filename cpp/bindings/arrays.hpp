@@ -3,12 +3,15 @@
 
 #include <nanobind/nanobind.h>
 #include <nanobind/ndarray.h>
+#include <nanobind/stl/array.h>
 
 #include <algorithm>
+#include <array>
 #include <memory>
 #include <span>
 #include <type_traits>
 
+#include "fastlines/math/box.hpp"
 #include "fastlines/memory/page_pool.hpp"
 
 namespace fastlines {
@@ -18,6 +21,13 @@ using Input = nanobind::ndarray<const Scalar, nanobind::c_contig, nanobind::devi
 
 template <class Scalar>
 using Output = nanobind::ndarray<nanobind::numpy, Scalar>;
+
+/// The low and the high corner of a box.
+using Corners = std::array<float, 6>;
+
+inline Box box_of(const Corners& corners) {
+  return {{corners[0], corners[1], corners[2]}, {corners[3], corners[4], corners[5]}};
+}
 
 /// The rows of an array, viewed as structs.
 template <class Row, class Scalar>

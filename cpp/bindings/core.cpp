@@ -18,4 +18,5 @@ NB_MODULE(_core, m) {
   bind_binary_queries(m);
   bind_pairs(m);
   bind_in_box(m);
+  bind_merges(m);
 }

@@ -10,5 +10,6 @@ void bind_checks(nanobind::module_& m);
 void bind_binary_queries(nanobind::module_& m);
 void bind_pairs(nanobind::module_& m);
 void bind_in_box(nanobind::module_& m);
+void bind_merges(nanobind::module_& m);
 
 }  // namespace fastlines

@@ -1,5 +1,4 @@
 // Queries on the binary tree, by its boxes or its planes, and by brute force; and crossings, from what any query finds.
-#include <nanobind/stl/array.h>
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/string.h>
 
@@ -28,20 +27,22 @@ namespace {
 class BinaryView {
  public:
   static BinaryView of_boxes(const std::string& kind, Input<float> data, Input<std::uint32_t> nodes,
-                             Input<std::uint32_t> refs) {
-    const auto all = rows<Node>(nodes);
+                             Input<std::uint32_t> refs, const Corners& frame_corners) {
+    const Box frame_box = box_of(frame_corners);
     const auto search = [&]<class P>(const P& prims) -> Search {
-      return BinaryTraversal<P>{all, rows<Reference>(refs), prims, frame_of(all[0].box, max_radius_of(prims))};
+      return BinaryTraversal<P>{rows<Node>(nodes), rows<Reference>(refs), prims,
+                                frame_of(frame_box, max_radius_of(prims))};
     };
     return {std::visit(search, ray_primitives<QueryPrimitives>(kind, data)), data, {nodes, refs}};
   }
 
   static BinaryView of_planes(const std::string& kind, Input<float> data, Input<std::uint32_t> nodes,
-                              Input<std::uint32_t> refs, std::uint32_t depth, const std::array<float, 6>& corners) {
-    const Box box = box_of(corners);
+                              Input<std::uint32_t> refs, std::uint32_t depth, const Corners& corners,
+                              const Corners& frame_corners) {
+    const Box box = box_of(corners), frame_box = box_of(frame_corners);
     const auto search = [&]<class P>(const P& prims) -> Search {
-      return PlaneTraversal<P>{
-          rows<PlaneNode>(nodes), rows<std::uint32_t>(refs), depth, prims, box, frame_of(box, max_radius_of(prims))};
+      const Frame frame = frame_of(frame_box, max_radius_of(prims));
+      return PlaneTraversal<P>{rows<PlaneNode>(nodes), rows<std::uint32_t>(refs), depth, prims, box, frame};
     };
     return {std::visit(search, ray_primitives<QueryPrimitives>(kind, data)), data, {nodes, refs}};
   }
@@ -180,9 +181,9 @@ void bind_crossings(nb::module_& m) {
 void bind_binary_queries(nb::module_& m) {
   nb::class_<BinaryView>(m, "BinaryView")
       .def_static("of_boxes", &BinaryView::of_boxes, "kind"_a, "data"_a.noconvert(), "nodes"_a.noconvert(),
-                  "refs"_a.noconvert())
+                  "refs"_a.noconvert(), "frame_corners"_a)
       .def_static("of_planes", &BinaryView::of_planes, "kind"_a, "data"_a.noconvert(), "nodes"_a.noconvert(),
-                  "refs"_a.noconvert(), "depth"_a, "corners"_a)
+                  "refs"_a.noconvert(), "depth"_a, "corners"_a, "frame_corners"_a)
       .def_static("of_primitives", &BinaryView::of_primitives, "kind"_a, "data"_a.noconvert(), "all"_a.noconvert());
   m.def("first_hit", &first, "tree"_a, "rays"_a, "surface"_a, "n_threads"_a, "progress"_a.none());
   m.def("any_hit", &any_of, "tree"_a, "rays"_a, "n_threads"_a, "progress"_a.none());

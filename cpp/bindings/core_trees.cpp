@@ -37,11 +37,14 @@ std::tuple<WordRows, WordRows, std::size_t> reinsert(Input<std::uint32_t> nodes,
   return {adopt<std::uint32_t>(std::move(tree.nodes)), adopt<std::uint32_t>(std::move(tree.refs)), n_too_deep};
 }
 
-/// A KD tree as plane nodes, the primitive of each reference, and the depth.
-std::tuple<WordRows, WordRows, std::uint32_t> planes(Input<std::uint32_t> nodes, Input<std::uint32_t> refs) {
+/// A KD tree as plane nodes in the frame of a box, the primitive of each reference, and the depth.
+std::tuple<WordRows, WordRows, std::uint32_t> planes(Input<std::uint32_t> nodes, Input<std::uint32_t> refs,
+                                                     const Corners& frame_corners) {
   PlaneTree tree;
-  watch_if(rows<Reference>(refs).size() > kLongPass, nb::none(),
-           [&](Progress& watched) { tree = PlaneTreeWriter(rows<Node>(nodes), rows<Reference>(refs))(watched); });
+  const Frame frame = frame_of(box_of(frame_corners));
+  watch_if(rows<Reference>(refs).size() > kLongPass, nb::none(), [&](Progress& watched) {
+    tree = PlaneTreeWriter(rows<Node>(nodes), rows<Reference>(refs), frame)(watched);
+  });
   return {adopt<std::uint32_t>(std::move(tree.nodes)), adopt<std::uint32_t>(std::move(tree.prims)), tree.depth};
 }
 
@@ -51,7 +54,7 @@ void bind_trees(nb::module_& m) {
   m.def("build", &build, "kind"_a, "data"_a.noconvert(), "settings"_a, "progress"_a.none());
   m.def("reinsert", &reinsert, "nodes"_a.noconvert(), "refs"_a.noconvert(), "rounds"_a, "max_depth"_a, "radius_hint"_a,
         "n_threads"_a, "progress"_a.none());
-  m.def("planes", &planes, "nodes"_a.noconvert(), "refs"_a.noconvert());
+  m.def("planes", &planes, "nodes"_a.noconvert(), "refs"_a.noconvert(), "frame_corners"_a);
 }
 
 }  // namespace fastlines

@@ -14,17 +14,17 @@ namespace {
 /// Wide nodes or leaves as rows of 128 bytes.
 using BlockRows = Output<std::uint8_t>;
 
-/// The layout of a tree: nodes, leaves, references, and the mean extent of a leaf.
+/// The layout of a tree in the frame of a box: nodes, leaves, references, and the mean extent of a leaf.
 std::tuple<BlockRows, BlockRows, WordRows, float> build_layout(const std::string& kind, Input<float> data,
                                                                Input<std::uint32_t> nodes, Input<std::uint32_t> refs,
-                                                               double radius_hint, unsigned n_threads,
-                                                               nb::object progress) {
+                                                               const Corners& frame_corners, double radius_hint,
+                                                               unsigned n_threads, nb::object progress) {
   WideBvh wide;
   watch_if(rows<Reference>(refs).size() > kLongPass, progress, [&](Progress& watched) {
     wide = std::visit(
         [&](const auto& prims) {
           return collapse(rows<Node>(nodes), rows<Reference>(refs), prims, {.radius_hint = radius_hint}, n_threads,
-                          watched);
+                          watched, box_of(frame_corners));
         },
         ray_primitives(kind, data));
   });
@@ -57,7 +57,7 @@ std::tuple<BlockRows, BlockRows, float> refit_layout(const LayoutView& layout, u
 
 void bind_layout(nb::module_& m) {
   m.def("build_layout", &build_layout, "kind"_a, "data"_a.noconvert(), "nodes"_a.noconvert(), "refs"_a.noconvert(),
-        "radius_hint"_a, "n_threads"_a, "progress"_a.none());
+        "frame_corners"_a, "radius_hint"_a, "n_threads"_a, "progress"_a.none());
   m.def("refit_layout", &refit_layout, "layout"_a, "n_threads"_a, "progress"_a.none());
 }
 

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <nanobind/nanobind.h>
-#include <nanobind/stl/array.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/tuple.h>
 
@@ -14,22 +13,18 @@
 
 namespace fastlines {
 
-inline Box box_of(const std::array<float, 6>& corners) {
-  return {{corners[0], corners[1], corners[2]}, {corners[3], corners[4], corners[5]}};
-}
-
 /// A wide layout and its primitives. It keeps the arrays alive that its spans and primitives point into.
 class LayoutView {
  public:
   LayoutView(const std::string& kind, Input<float> data, Input<std::uint8_t> nodes_, Input<std::uint8_t> leaves_,
-             Input<std::uint32_t> refs_, const std::array<float, 6>& corners, float mean_extent)
+             Input<std::uint32_t> refs_, const Corners& corners, const Corners& frame_corners, float mean_extent)
       : nodes(rows<WideNode>(nodes_)),
         leaves(rows<WideLeaf>(leaves_)),
         refs(rows<WideRef>(refs_)),
         prims(ray_primitives<QueryPrimitives>(kind, data)),
-        box(box_of(corners)),
-        frame(frame_of(box)),
-        box_{frame(box.lo), frame(box.hi)},
+        frame_box(box_of(frame_corners)),
+        frame(frame_of(frame_box)),
+        box_{frame(box_of(corners).lo), frame(box_of(corners).hi)},
         mean_extent_(mean_extent),
         arrays_{std::move(data), std::move(refs_)},
         blocks_{std::move(nodes_), std::move(leaves_)} {}
@@ -54,7 +49,7 @@ class LayoutView {
   std::span<const WideLeaf> leaves;
   std::span<const WideRef> refs;
   QueryPrimitives prims;
-  Box box;  ///< of the scene
+  Box frame_box;  ///< what the frame is of: the box of the scene, or a larger one
   Frame frame;
 
  private:
@@ -69,9 +64,9 @@ inline void bind_layout_view(nanobind::module_& m) {
   using namespace nb::literals;
   nb::class_<LayoutView>(m, "LayoutView")
       .def(nb::init<const std::string&, Input<float>, Input<std::uint8_t>, Input<std::uint8_t>, Input<std::uint32_t>,
-                    const std::array<float, 6>&, float>(),
+                    const Corners&, const Corners&, float>(),
            "kind"_a, "data"_a.noconvert(), "nodes"_a.noconvert(), "leaves"_a.noconvert(), "refs"_a.noconvert(),
-           "corners"_a, "mean_extent"_a)
+           "corners"_a, "frame_corners"_a, "mean_extent"_a)
       .def_prop_ro("frame", &LayoutView::frame_of_queries);
 }
 

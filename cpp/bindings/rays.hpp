@@ -12,13 +12,14 @@
 
 namespace fastlines {
 
-/// Origins, directions, radius, t_min, t_max, spread.
-using RayArrays = std::tuple<Input<float>, Input<float>, Input<float>, Input<float>, Input<float>, Input<float>>;
+/// Origins, directions, radius, t_min, t_max, spread, limit.
+using RayArrays =
+    std::tuple<Input<float>, Input<float>, Input<float>, Input<float>, Input<float>, Input<float>, Input<float>>;
 
 inline RayBatch batch_of(const RayArrays& rays) {
-  const auto& [origins, directions, radius, t_min, t_max, spread] = rays;
-  return {rows<Vec3>(origins), rows<Vec3>(directions), rows<float>(radius),
-          rows<float>(t_min),  rows<float>(t_max),     rows<float>(spread)};
+  const auto& [origins, directions, radius, t_min, t_max, spread, limit] = rays;
+  return {rows<Vec3>(origins), rows<Vec3>(directions), rows<float>(radius), rows<float>(t_min),
+          rows<float>(t_max),  rows<float>(spread),    rows<float>(limit)};
 }
 
 /// Columns of hits: t, prim, u, distance, and t_out for hits at the surface.

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 
 #include "fastlines/api/tree.hpp"
 #include "near_queries.hpp"
@@ -36,6 +37,8 @@ struct TreeOrigin {
   Vec3d offset{};                          ///< what is subtracted from the coordinates of a tree from a file
   std::optional<double> built_cost{};      ///< of a tree that was refitted: its cost before
   std::shared_ptr<const FileRest> rest{};  ///< of a tree from a file, to be saved again
+  /// The low and the high corner of the box whose frame queries compute in; by default that of the tree.
+  std::optional<std::array<float, 6>> frame{};
 
   /// Records that all boxes are tight, as after a refit.
   void be_tight();

@@ -12,6 +12,7 @@
 #include <random>
 
 #include "json.hpp"
+#include "metadata.hpp"
 
 namespace fl::detail {
 namespace {
@@ -219,17 +220,6 @@ std::span<const T> rows(const ReadFile& file, const std::string& name, const std
   return {reinterpret_cast<const T*>(section->bytes.data()), section->bytes.size() / sizeof(T)};
 }
 
-/// The offset in the metadata of the lines, which Python has subtracted from their coordinates.
-Vec3d offset_in(const std::string& metadata) {
-  if (metadata.find("\"offset\"") == std::string::npos) return {};
-  const Json all = Json::parse(metadata);
-  const Json* const offset = all.find("offset");
-  if (!offset || offset->kind == Json::Kind::null) return {};
-  const std::vector<Json>& sides = offset->as_array();
-  if (sides.size() != 3) throw std::runtime_error("the offset of its lines is not three numbers");
-  return {sides[0].as_number(), sides[1].as_number(), sides[2].as_number()};
-}
-
 TreePointer restore(const ReadFile& file, const Engine& engine) {
   if (const std::string kind = file.text("kind"); !kind.empty())
     throw std::runtime_error("it is over " + kind + "; this library reads trees over Lines, and Python reads others");
@@ -272,7 +262,8 @@ TreePointer restore(const ReadFile& file, const Engine& engine) {
                           .strands = strands_of(strands),
                           .offset = offset_in(file.text("metadata")),
                           .built_cost = built_cost,
-                          .rest = std::move(rest)};
+                          .rest = std::move(rest),
+                          .frame = frame_in(file.text("frame"))};
   return engine.restore(arrays, origin);
 }
 

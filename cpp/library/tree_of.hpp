@@ -11,6 +11,7 @@
 #include "fastlines/kernels/intersect/scene_cull.hpp"
 #include "fastlines/kernels/run/one_ray.hpp"
 #include "fastlines/tree/cost.hpp"
+#include "frame_box.hpp"
 #include "hit_arrays.hpp"
 #include "line_input.hpp"
 #include "near_queries_of.hpp"
@@ -33,11 +34,13 @@ class TreeOf final : public TreeImpl {
         prims_(std::span<const Item>(items_)),
         tree_(std::move(tree)),
         origin_(std::move(origin)),
-        wide_(fastlines::collapse<P>(tree_.nodes, tree_.refs, prims_, {.radius_hint = 0.001}, n_threads, progress)),
+        frame_box_(frame_box_of(origin_, tree_.nodes[0].box)),
+        wide_(fastlines::collapse<P>(tree_.nodes, tree_.refs, prims_, {.radius_hint = 0.001}, n_threads, progress,
+                                     frame_box_)),
         view_(fastlines::view_of(wide_, prims_)),
         scene_(view_),
-        limits_(tree_.nodes[0].box),
-        near_(prims_, wide_, view_, tree_.nodes[0].box, origin_) {}
+        limits_(frame_box_),
+        near_(prims_, wide_, view_, frame_box_, origin_) {}
 
   // One ray. A special one is a batch of one.
 
@@ -331,6 +334,7 @@ class TreeOf final : public TreeImpl {
   const P prims_;
   const fastlines::Tree tree_;
   const TreeOrigin origin_;
+  const fastlines::Box frame_box_;
   const fastlines::WideBvh wide_;
   const fastlines::WideBvhView<P> view_;
   const fastlines::SceneCull scene_;

@@ -67,6 +67,51 @@ constexpr Setup kSetups[] = {{"automatic", Kernel::automatic, 1},
                              {"wave", Kernel::wave, 1},
                              {"bundle", Kernel::bundle, 1}};
 
+/// Limits of rays: the t of one of the hits of each, or a little less; or none.
+std::vector<float> limits_of(const Answers& expected, std::size_t n_words) {
+  Random random{8};
+  std::vector<float> limits;
+  for (std::size_t ray = 0; ray < expected.ends.size(); ++ray) {
+    const std::span<const std::uint32_t> hits = expected.of(ray);
+    const bool is_any = !hits.empty() && random.below(8) > 0;
+    const float t = is_any ? std::bit_cast<float>(hits[random.below(hits.size() / n_words) * n_words]) : kInfinity;
+    limits.push_back(random.below(4) == 0 ? std::nextafter(t, 0.0f) : t);
+  }
+  return limits;
+}
+
+/// Whether the answer has all hits up to the limit; what follows may be missing, or be another hit.
+bool is_complete(std::span<const std::uint32_t> given, std::span<const std::uint32_t> expected, std::size_t n_words,
+                 float limit) {
+  for (std::size_t i = 0; i < expected.size() && std::bit_cast<float>(expected[i]) <= limit; i += n_words)
+    if (i + n_words > given.size() || !std::ranges::equal(given.subspan(i, n_words), expected.subspan(i, n_words)))
+      return false;
+  return true;
+}
+
+/// Whether first hits and the k nearest are found up to the limits of rays, and nothing is clipped there.
+bool finds_up_to_limits(const WideBvhView<Segments>& view, const BruteForce<Segments>& brute, const RayBatch& rays,
+                        const Setup& setup, Progress& progress) {
+  for (const Case& test_case : kCases) {
+    if (test_case.query != Ask::first && test_case.query != Ask::k_nearest) continue;
+    const std::size_t n_words = test_case.at == At::surface ? 5 : 4;
+    const Answers expected = answer(Brute<Segments>{brute, rays, 1, progress}, test_case);
+    const std::vector<float> limits = limits_of(expected, n_words);
+    RayBatch limited = rays;
+    limited.limit = limits;
+    const Answers given[] = {answer(Engine{view, limited, setup.kernel, setup.n_threads, progress}, test_case),
+                             answer(Brute<Segments>{brute, limited, 1, progress}, test_case)};
+    for (const Answers& of : given)
+      for (std::size_t ray = 0; ray < rays.size(); ++ray)
+        if (!is_complete(of.of(ray), expected.of(ray), n_words, limits[ray])) {
+          std::printf("kernel %s, query \"%s\": ray %zu misses a hit before its limit\n", setup.name, test_case.name,
+                      ray);
+          return false;
+        }
+  }
+  return true;
+}
+
 /// Runs all queries on a scene. Returns false if an answer differs from that of brute force, or if no ray hits
 /// anything.
 bool agree(const Scene& scene, Digest& digest) {
@@ -93,6 +138,9 @@ bool agree(const Scene& scene, Digest& digest) {
       }
     }
   }
+  for (const Rays& rays : rays_of(scene.lines, tree.nodes[0].box))
+    for (const Setup& setup : kSetups)
+      if (!finds_up_to_limits(view, {Segments{scene.lines}, view.frame}, rays.batch(), setup, progress)) return false;
   if (n_hits == 0) std::printf("%s: scene \"%s\": no ray hits anything\n", kSimd, scene.name.c_str());
   return n_hits > 0;
 }

@@ -32,6 +32,9 @@ if TYPE_CHECKING:
     from .errors import MissingExtraError as MissingExtraError
     from .errors import PrecisionWarning as PrecisionWarning
     from .errors import QueryWarning as QueryWarning
+    from .errors import WorkerError as WorkerError
+    from .forest.forest import Forest as Forest
+    from .forest.mapping.parquet import query_parquet as query_parquet
     from .geometry.boxes import Boxes as Boxes
     from .geometry.collection import Geometry as Geometry
     from .geometry.curves import Curves as Curves
@@ -100,7 +103,10 @@ _NAMES = {
         "MissingExtraError",
         "PrecisionWarning",
         "QueryWarning",
+        "WorkerError",
     ),
+    "forest.forest": ("Forest",),
+    "forest.mapping.parquet": ("query_parquet",),
     "geometry.boxes": ("Boxes",),
     "geometry.collection": ("Geometry",),
     "geometry.curves": ("Curves",),

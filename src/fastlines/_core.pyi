@@ -85,6 +85,7 @@ class LayoutView:
         leaves: NDArray[numpy.uint8],
         refs: NDArray[numpy.uint32],
         corners: Sequence[float],
+        frame_corners: Sequence[float],
         mean_extent: float,
     ) -> None: ...
     @property
@@ -103,7 +104,7 @@ def reinsert(
     progress: object | None,
 ) -> tuple[NDArray[numpy.uint32], NDArray[numpy.uint32], int]: ...
 def planes(
-    nodes: NDArray[numpy.uint32], refs: NDArray[numpy.uint32]
+    nodes: NDArray[numpy.uint32], refs: NDArray[numpy.uint32], frame_corners: Sequence[float]
 ) -> tuple[NDArray[numpy.uint32], NDArray[numpy.uint32], int]: ...
 
 MAX_DEPTH: int = 4096
@@ -124,7 +125,11 @@ def cost(nodes: NDArray[numpy.uint32], c_trav: float, c_prim: float) -> float: .
 class BinaryView:
     @staticmethod
     def of_boxes(
-        kind: str, data: NDArray[numpy.float32], nodes: NDArray[numpy.uint32], refs: NDArray[numpy.uint32]
+        kind: str,
+        data: NDArray[numpy.float32],
+        nodes: NDArray[numpy.uint32],
+        refs: NDArray[numpy.uint32],
+        frame_corners: Sequence[float],
     ) -> BinaryView: ...
     @staticmethod
     def of_planes(
@@ -134,6 +139,7 @@ class BinaryView:
         refs: NDArray[numpy.uint32],
         depth: int,
         corners: Sequence[float],
+        frame_corners: Sequence[float],
     ) -> BinaryView: ...
     @staticmethod
     def of_primitives(kind: str, data: NDArray[numpy.float32], all: NDArray[numpy.float32]) -> BinaryView: ...
@@ -312,9 +318,11 @@ def crossings(
 def brute_force_pairs(
     prims: tuple[str, NDArray[numpy.float32]],
     other: tuple[str, NDArray[numpy.float32]] | None,
-    owners: tuple[NDArray[numpy.int64] | None, NDArray[numpy.int64] | None],
-    neighbours: tuple[NDArray[numpy.int32], NDArray[numpy.int32], int] | None,
-    options: tuple[float, bool, int, int, int],
+    known: tuple[
+        tuple[NDArray[numpy.int64] | None, NDArray[numpy.int64] | None, NDArray[numpy.int32] | None],
+        tuple[NDArray[numpy.int64] | None, NDArray[numpy.int64] | None, NDArray[numpy.int32] | None],
+    ],
+    options: tuple[float, bool, int, int, int, int],
     n_threads: int,
     progress: object | None,
 ) -> tuple[
@@ -329,3 +337,39 @@ def in_box(
     n_threads: int,
     progress: object | None,
 ) -> tuple[NDArray[numpy.int64], NDArray[numpy.int64]]: ...
+def merge_pairs(
+    lists: Sequence[
+        tuple[
+            NDArray[numpy.int64],
+            NDArray[numpy.int64],
+            NDArray[numpy.float32],
+            NDArray[numpy.float32],
+            NDArray[numpy.float32],
+        ]
+    ],
+    n_threads: int,
+    progress: object | None,
+) -> tuple[
+    NDArray[numpy.int64], NDArray[numpy.int64], NDArray[numpy.float32], NDArray[numpy.float32], NDArray[numpy.float32]
+]: ...
+def merge_lists(
+    n_points: int,
+    lists: Sequence[
+        tuple[
+            NDArray[numpy.int64],
+            NDArray[numpy.int64],
+            NDArray[numpy.int64],
+            NDArray[numpy.float32] | None,
+            NDArray[numpy.float32] | None,
+        ]
+    ],
+    has_distance: bool,
+    n_threads: int,
+    progress: object | None,
+) -> tuple[NDArray[numpy.int64], NDArray[numpy.int64], NDArray[numpy.float32], NDArray[numpy.float32]]: ...
+def merge_nearest(
+    best: tuple[NDArray[numpy.float32], NDArray[numpy.int64], NDArray[numpy.float32]],
+    k: int,
+    points: NDArray[numpy.int64],
+    found: tuple[NDArray[numpy.float32], NDArray[numpy.int64], NDArray[numpy.float32]],
+) -> None: ...

@@ -24,6 +24,7 @@ def build_layout(
     data: NDArray[numpy.float32],
     nodes: NDArray[numpy.uint32],
     refs: NDArray[numpy.uint32],
+    frame_corners: Sequence[float],
     radius_hint: float,
     n_threads: int,
     progress: object | None,
@@ -162,9 +163,11 @@ def count_within(
 def pairs(
     layout: fastlines._core.LayoutView,
     other: fastlines._core.LayoutView | None,
-    owners: tuple[NDArray[numpy.int64] | None, NDArray[numpy.int64] | None],
-    neighbours: tuple[NDArray[numpy.int32], NDArray[numpy.int32], int] | None,
-    options: tuple[float, bool, int, int, int],
+    known: tuple[
+        tuple[NDArray[numpy.int64] | None, NDArray[numpy.int64] | None, NDArray[numpy.int32] | None],
+        tuple[NDArray[numpy.int64] | None, NDArray[numpy.int64] | None, NDArray[numpy.int32] | None],
+    ],
+    options: tuple[float, bool, int, int, int, int],
     n_threads: int,
     progress: object | None,
 ) -> tuple[
@@ -173,9 +176,11 @@ def pairs(
 def brute_force_pairs(
     layout: fastlines._core.LayoutView,
     other: fastlines._core.LayoutView | None,
-    owners: tuple[NDArray[numpy.int64] | None, NDArray[numpy.int64] | None],
-    neighbours: tuple[NDArray[numpy.int32], NDArray[numpy.int32], int] | None,
-    options: tuple[float, bool, int, int, int],
+    known: tuple[
+        tuple[NDArray[numpy.int64] | None, NDArray[numpy.int64] | None, NDArray[numpy.int32] | None],
+        tuple[NDArray[numpy.int64] | None, NDArray[numpy.int64] | None, NDArray[numpy.int32] | None],
+    ],
+    options: tuple[float, bool, int, int, int, int],
     n_threads: int,
     progress: object | None,
 ) -> tuple[

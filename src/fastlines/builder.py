@@ -11,7 +11,7 @@ from typing import Any
 import numpy.typing as npt
 
 from . import _core
-from .arrays import instance
+from .arrays import FloatArray, instance
 from .engines import engine
 from .errors import InputError
 from .geometry.any_geometry import AnyGeometry
@@ -21,6 +21,7 @@ from .progress import ProgressCallback, ProgressOption, reporting
 from .settings.methods import DEFAULT_METHOD, best_settings, method_settings
 from .settings.settings import REF_LIMIT, Cost, Limits, Presplit, Settings
 from .settings.splits import BoxRule, SplitSet
+from .structure.frame import frame_around
 from .structure.tree_data import NODE, REF
 from .support.immutable import own
 from .support.texts import counted
@@ -61,6 +62,7 @@ def build(
     reinsertion: int | None = None,
     own_radius: bool = True,
     invalid: str = "error",
+    frame: npt.ArrayLike | None = None,
     progress: ProgressOption = False,
 ) -> Tree:
     """Build an acceleration tree.
@@ -101,6 +103,10 @@ def build(
         lines with one has it again.
     invalid : {"error", "skip"}
         Refuse segments that hold NaN or Inf, or leave them out; see `Lines.from_segments`.
+    frame : (2, 3) array, optional
+        The low and the high corner of a box that holds all primitives, less the offset if they have one. Its centre and
+        size define the coordinates that queries compute in; the default is the primitives' own box. Trees over parts of
+        a scene, with the frame of the whole, answer bit for bit as one tree does.
     progress : bool or callable
         Show a bar, or call back with the fraction that is done.
 
@@ -171,12 +177,13 @@ def build(
         raise InputError(
             f"{settings.presplit} makes {wanted} references, but the limits allow {most}; lower refs or raise max_refs"
         )
+    box = frame_around(geometry.bounds, frame)
     bounded = replace(base, limits=replace(base.limits, max_refs=limits.max_refs, max_bytes=limits.max_bytes))
     name = method if method is not None and settings == bounded and given.keys() <= {"limits"} else "custom"
     with reporting(progress, "build") as callback:
         if settings.presplit == Presplit():
-            return _cheapest_presplit(geometry, settings, name, callback)
-        return _build(geometry, settings, name, callback)
+            return _cheapest_presplit(geometry, settings, name, box, callback)
+        return _build(geometry, settings, name, box, callback)
 
 
 def first_refs(n_prims: int, settings: Settings) -> int:
@@ -185,7 +192,9 @@ def first_refs(n_prims: int, settings: Settings) -> int:
     return 0 if presplit is None or presplit.refs is None else max(n_prims, int(presplit.refs * n_prims))
 
 
-def _cheapest_presplit(geometry: AnyGeometry, settings: Settings, name: str, callback: ProgressCallback | None) -> Tree:
+def _cheapest_presplit(
+    geometry: AnyGeometry, settings: Settings, name: str, frame: FloatArray | None, callback: ProgressCallback | None
+) -> Tree:
     """Build with 1, 2, 4, … references a line as long as the next tree is cheaper by one part in a hundred."""
     n_prims = len(geometry.build_data()[1])
     best: Tree | None = None
@@ -193,7 +202,7 @@ def _cheapest_presplit(geometry: AnyGeometry, settings: Settings, name: str, cal
         more = replace(settings, presplit=Presplit(refs=2.0**doubling))
         if best is not None and first_refs(n_prims, more) > _most_first_refs(n_prims, settings):
             return best
-        tree = _build(geometry, more, name, _stage(callback, 1 - 2.0**-doubling, 1 - 2.0 ** -(doubling + 1)))
+        tree = _build(geometry, more, name, frame, _stage(callback, 1 - 2.0**-doubling, 1 - 2.0 ** -(doubling + 1)))
         if best is not None and not tree.cost() < 0.99 * best.cost():
             return best
         best = tree
@@ -212,7 +221,9 @@ def _most_first_refs(n_prims: int, settings: Settings) -> int:
     return most if limits.max_leaf_refs is None else min(most, limits.max_leaf_refs * 2**limits.max_depth)
 
 
-def _build(geometry: AnyGeometry, settings: Settings, name: str, callback: ProgressCallback | None) -> Tree:
+def _build(
+    geometry: AnyGeometry, settings: Settings, name: str, frame: FloatArray | None, callback: ProgressCallback | None
+) -> Tree:
     splits = settings.splits
     kind, rows = geometry.build_data()
     if kind != "segments":
@@ -251,7 +262,7 @@ def _build(geometry: AnyGeometry, settings: Settings, name: str, callback: Progr
             limits_hit["max_depth"] = limits_hit.get("max_depth", 0) + n_too_deep
     nodes, refs = own(nodes).reshape(-1).view(NODE), own(refs).reshape(-1).view(REF)
     counts = dict(zip(("candidates", "carried_out"), searched, strict=True)) if searched[0] else {}
-    return Tree(geometry, nodes, refs, settings, name, limits_hit, searched=counts, made_by_core=True)
+    return Tree(geometry, nodes, refs, settings, name, limits_hit, searched=counts, frame=frame, made_by_core=True)
 
 
 def _core_split_set(split: SplitSet) -> _core.SizedSplitSet:

@@ -36,6 +36,10 @@ def requirements_of(extra: str) -> str:
     return " ".join(f"'{package}'" for package in wanted) or f"'.[{extra}]'  in the folder of fastlines"
 
 
+class WorkerError(FastlinesError, RuntimeError):
+    """A query that other processes were to answer, and could not: the message names the worker or the scheduler."""
+
+
 class PrecisionWarning(UserWarning):
     """Geometry that is noticeably less exact than what was given.
 

@@ -13,6 +13,7 @@ from .arrays import LEAST, number
 from .engines import engine
 from .geometry.any_geometry import AnyGeometry
 from .progress import ProgressCallback, ProgressOption, reporting
+from .structure.frame import frame_around
 from .structure.layout import refit_layout
 from .structure.tree_data import NODE, TreeData
 from .support.immutable import own
@@ -35,6 +36,7 @@ def refitted(tree: Tree, lines: AnyGeometry, cost: float, progress: ProgressOpti
     with reporting(progress, "refit") as callback:
         nodes = _refit_nodes(tree, lines, callback)
         values = {field.name: getattr(tree, field.name) for field in fields(tree)}
+        frame_around(nodes["box"][0], tree.frame)
         values |= {"geometry": lines, "nodes": nodes, "built_cost": cost}
         if tree.settings.boxes != "tight":
             values |= {"settings": replace(tree.settings, boxes="tight"), "method": "custom"}

@@ -44,6 +44,17 @@ def num_threads(n_threads: int | None) -> Iterator[None]:
         _n_threads = before
 
 
+@contextmanager
+def threads_of_this_thread(n_threads: int) -> Iterator[None]:
+    """Set the number of threads of the batch calls that this thread makes, for a while; other threads keep theirs."""
+    before: int | None = getattr(_own, "n_threads", None)
+    _own.n_threads = n_threads
+    try:
+        yield
+    finally:
+        _own.n_threads = before
+
+
 def get_num_threads() -> int:
     """Return how many threads batch calls use."""
     own: int | None = getattr(_own, "n_threads", None)

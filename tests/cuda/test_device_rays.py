@@ -39,7 +39,7 @@ def test_lines_with_an_offset_are_refused(device: EmulatedDevice) -> None:
 
 
 def test_lists_in_parts_are_refused(device: EmulatedDevice) -> None:
-    with pytest.raises(fl.InputError, match=r"in the memory of a GPU are not listed in parts; pass NumPy arrays"):
+    with pytest.raises(fl.InputError, match=r"rays of a GPU or of Dask are not listed in parts; pass NumPy arrays"):
         TREE.to("cuda").iter_all_hits(on_device(ORIGINS), on_device(DIRECTIONS), max_bytes=1000)
     whole, rays = TREE.all_hits(ORIGINS, DIRECTIONS), (ORIGINS, DIRECTIONS)
     parts = list(TREE.to("cuda").iter_all_hits(*rays, max_bytes=500))

@@ -57,6 +57,26 @@ def test_a_file_has_the_offset_of_its_lines(library: Library, tmp_path: Path) ->
     assert not any(library.build(lines).offset())
 
 
+def test_the_frame_of_a_file_counts(library: Library, lines: fl.Lines, tmp_path: Path) -> None:
+    mine = fl.build(lines, frame=lines.bounds + np.array([[-1], [2]]))
+    mine.save(tmp_path / "frame.flt")
+    camera = fl.Camera.framing(lines)
+    origins, directions = (np.ascontiguousarray(a.reshape(-1, 3)) for a in camera.rays(width=40, height=30))
+    rays = Rays(len(origins), pointer(origins), pointer(directions), None, None, None, 0.01, 2)
+    expected = mine.all_hits(origins, directions, radius=0.01)
+    assert (expected.t != fl.build(lines).all_hits(origins, directions, radius=0.01).t).any()
+    tree = library.load(tmp_path / "frame.flt")
+    tree.save(tmp_path / "again.flt")
+    np.testing.assert_array_equal(fl.load(tmp_path / "again.flt").frame, mine.frame)
+    for each in (tree, library.load(tmp_path / "again.flt")):
+        for name, found in each.all_hits(rays, at=0).items():
+            np.testing.assert_array_equal(found, getattr(expected, name), err_msg=name)
+    rows = np.array(lines.core_rows)
+    rows[:, :6] += 9
+    with pytest.raises(RuntimeError, match="the lines leave the frame of the tree"):
+        tree.refit(rows)
+
+
 @pytest.mark.parametrize("at", ["closest", "surface"])
 def test_a_hit_has_the_place_of_python(library: Library, lines: fl.Lines, at: str) -> None:
     tree, mine = library.build(lines), fl.build(lines)

@@ -16,8 +16,11 @@ namespace fastlines {
 template <RayPrimitive P>
 class Collapse {
  public:
-  Collapse(std::span<const Node> nodes, std::span<const Reference> refs, const P& prims, const CollapseCost& cost)
-      : nodes_(nodes), refs_(refs), prims_(prims), cost_(cost) {}
+  Collapse(std::span<const Node> nodes, std::span<const Reference> refs, const P& prims, const CollapseCost& cost,
+           const Frame& frame)
+      : nodes_(nodes), refs_(refs), prims_(prims), cost_(cost) {
+    wide_.frame = frame;
+  }
 
   WideBvh operator()(unsigned n_threads, Progress& progress) {
     plans_ = CollapsePlanner(nodes_, refs_, cost_)(n_threads, progress);
@@ -40,7 +43,6 @@ class Collapse {
         {0.5, 0.7});
     close_gaps(at.ref);
     plans_ = {};
-    wide_.frame = frame_of(nodes_[0].box);
     wide_.box = {wide_.frame(nodes_[0].box.lo), wide_.frame(nodes_[0].box.hi)};
     wide_.mean_extent = BlockEncoder(wide_.frame, wide_.nodes, wide_.leaves, wide_.refs, prims_, wide_.nodes.data(),
                                      wide_.leaves.data(), piece_boxes_)(n_threads, progress, {0.7, 1.0});
@@ -246,15 +248,24 @@ class Collapse {
   std::vector<Box> piece_boxes_;  // of each reference, unless pieces are those of axes
 };
 
-/// The wide BVH of a binary tree. Leaves with more references than a block holds are split first.
+/// The wide BVH of a binary tree, in the frame of a box that holds the tree's. Leaves with more references than a block
+/// holds are split first.
+template <RayPrimitive P>
+WideBvh collapse(std::span<const Node> nodes, std::span<const Reference> refs, const P& prims, const CollapseCost& cost,
+                 unsigned n_threads, Progress& progress, const Box& frame_box) {
+  const Frame frame = frame_of(frame_box);
+  const auto too_large = [](const Node& node) { return node.is_leaf() && node.n_refs > kSimdWidth; };
+  if (std::none_of(nodes.begin(), nodes.end(), too_large))
+    return Collapse(nodes, refs, prims, cost, frame)(n_threads, progress);
+  const Tree tree = split_large_leaves(nodes, refs, prims, kSimdWidth, progress);
+  return Collapse(tree.nodes, tree.refs, prims, cost, frame)(n_threads, progress);
+}
+
+/// The wide BVH in the frame of the tree's own box.
 template <RayPrimitive P>
 WideBvh collapse(std::span<const Node> nodes, std::span<const Reference> refs, const P& prims, const CollapseCost& cost,
                  unsigned n_threads, Progress& progress) {
-  const auto too_large = [](const Node& node) { return node.is_leaf() && node.n_refs > kSimdWidth; };
-  if (std::none_of(nodes.begin(), nodes.end(), too_large))
-    return Collapse(nodes, refs, prims, cost)(n_threads, progress);
-  const Tree tree = split_large_leaves(nodes, refs, prims, kSimdWidth, progress);
-  return Collapse(tree.nodes, tree.refs, prims, cost)(n_threads, progress);
+  return collapse(nodes, refs, prims, cost, n_threads, progress, nodes[0].box);
 }
 
 }  // namespace fastlines

@@ -63,8 +63,8 @@ inline int cut_axis(const Box& box, const Box& left, const Box& right) {
 /// Converts a KD tree to planes. Precondition: `check_usable` accepts the tree.
 class PlaneTreeWriter {
  public:
-  PlaneTreeWriter(std::span<const Node> nodes, std::span<const Reference> refs)
-      : nodes_(nodes), refs_(refs), frame_(frame_of(nodes[0].box)) {}
+  PlaneTreeWriter(std::span<const Node> nodes, std::span<const Reference> refs, const Frame& frame)
+      : nodes_(nodes), refs_(refs), frame_(frame) {}
 
   PlaneTree operator()(Progress& progress) {
     if (refs_.size() >= PlaneTree::kMaxCount) refuse();

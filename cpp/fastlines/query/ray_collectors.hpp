@@ -51,7 +51,7 @@ struct FirstHitOfRay : Where {
   float s = 0.0f, dist2 = 0.0f;
   std::uint32_t prim = kNoPrim;
 
-  explicit FirstHitOfRay(const Ray& ray_, Where where = {}) : Where(where), ray(ray_), limit(ray_.t_max) {}
+  explicit FirstHitOfRay(const Ray& ray_, Where where = {}) : Where(where), ray(ray_), limit(ray_.limit) {}
 
   void add(const ClosestApproach<float>& approach, const Reference& ref) {
     if (!(approach.t <= limit)) return;
@@ -61,7 +61,7 @@ struct FirstHitOfRay : Where {
     s = approach.s;
     dist2 = approach.dist2;
     prim = ref.prim;
-    limit = min(approach.t + ray.tie_tolerance, ray.t_max);
+    limit = min(approach.t + ray.tie_tolerance, limit);
   }
 
   bool found() const { return prim != kNoPrim; }
@@ -75,7 +75,7 @@ struct AnyHitOfRay : FixedAt<At::closest> {
   float limit;
   bool found = false;
 
-  explicit AnyHitOfRay(const Ray& ray) : limit(ray.t_max) {}
+  explicit AnyHitOfRay(const Ray& ray) : limit(ray.limit) {}
 
   void add(const ClosestApproach<float>&, const Reference&) {
     found = true;
@@ -136,7 +136,7 @@ class HitListOfRay : public Which {
   float limit;
 
   HitListOfRay(const Ray& ray_, Which which, Store store, std::uint64_t room)
-      : Which(which), ray(ray_), limit(room > 0 ? ray_.t_max : kNoMoreHits), store_(store), room_(room) {}
+      : Which(which), ray(ray_), limit(room > 0 ? ray_.limit : kNoMoreHits), store_(store), room_(room) {}
 
   std::uint64_t size() const { return n_; }
   Hit operator[](std::uint64_t i) const { return store_[i]; }
@@ -156,7 +156,7 @@ class HitListOfRay : public Which {
       store_.set(0, hit);
       sift_down(*this, 0, n_);
     }
-    if (keep == Keep::first) limit = ray.max_t(store_[0].t);
+    if (keep == Keep::first) limit = min(limit, ray.max_t(store_[0].t));
   }
 
   /// Sort the hits in place, and keep one of each primitive.

@@ -1,4 +1,5 @@
-// The frame of a scene, from its box.
+// The frame of a scene, from its box. The tree of a part of the scene may compute in the same frame: a larger box has a
+// larger overhang, in units of the scene, so its searches lose nothing.
 #pragma once
 
 #include <cmath>

@@ -25,6 +25,8 @@ struct RayQuery {
   Vec3 origin, direction;
   float t_min, t_max, radius;
   float spread = 0.0f;  ///< only `prepare_for` of primitives with a spread reads it
+  /// Hits with a larger t need not be found, but may be. Unlike t_max it clips nothing; only `prepare_for` reads it.
+  float limit = kInfinity;
 };
 
 /// Convert t from the frame to units of the caller's ray. Bounds map to bounds exactly.
@@ -34,10 +36,16 @@ inline float to_ray_t(float t, float t_min, float t_max, float t_min_ray, float 
   return t == t_min ? t_min_ray : t == t_max ? t_max_ray : inside;
 }
 
+/// An upper bound on all t in the frame that are at most `t_ray` in units of the caller's ray, and at most t_max.
+inline float max_t_of(float t_ray, float t_max, float tie_tolerance, double t0, double inv_scale, double inv_length) {
+  return std::min(t_max, float((double(t_ray) / inv_length - t0) / inv_scale) + 2.0f * tie_tolerance);
+}
+
 /// A ray prepared for a frame.
 struct Ray {
   Vec3 o, r, u, v;        ///< in the frame; r, u, v orthonormal
   float t_min, t_max;     ///< in the frame
+  float limit;            ///< in the frame: hits beyond it need not be found; t_max, or less
   float radius, radius2;  ///< in the frame; radius2 = radius²
   float eps;              ///< in the frame: covers the rounding of the exact test and of the boxes
   float tie_tolerance;    ///< two t in the frame that differ by more keep their order in units of the caller's ray
@@ -51,9 +59,7 @@ struct Ray {
   float distance(float dist2) const { return float(std::sqrt(dist2) * inv_scale); }
 
   /// An upper bound on all t in the frame that are at most `t_ray` in units of the caller's ray.
-  float max_t(float t_ray) const {
-    return std::min(t_max, float((double(t_ray) / inv_length - t0) / inv_scale) + 2.0f * tie_tolerance);
-  }
+  float max_t(float t_ray) const { return max_t_of(t_ray, t_max, tie_tolerance, t0, inv_scale, inv_length); }
 };
 
 /// Coordinates and t in the frame are clamped to ± this, whose square is finite.
@@ -97,6 +103,7 @@ inline double length_of(const Vec3& direction) {
   ray.t_max_ray = query.t_max;
   ray.t_min = clamped((double(query.t_min) * length - ray.t0) * scale);
   ray.t_max = clamped((double(query.t_max) * length - ray.t0) * scale);
+  ray.limit = ray.t_max;
   ray.radius = clamped(double(query.radius) * scale);
   ray.radius2 = ray.radius * ray.radius;
   ray.eps = (3.0f + largest + ray.radius) * 0x1p-20f + frame.overhang;

@@ -8,19 +8,22 @@
 
 namespace fastlines {
 
-inline constexpr float kNoSpread[] = {0.0f};
+inline constexpr float kNoSpread[] = {0.0f}, kNoLimit[] = {kInfinity};
 
-/// Rays as arrays. Radius, bounds and spread have one entry per ray, or one for all.
+/// Rays as arrays. Radius, bounds, spread and limit have one entry per ray, or one for all.
 struct RayBatch {
   std::span<const Vec3> origins, directions;
-  std::span<const float> radius, t_min, t_max, spread = kNoSpread;
+  std::span<const float> radius, t_min, t_max, spread = kNoSpread, limit = kNoLimit;
 
   std::size_t size() const { return origins.size(); }
 
   RayQuery operator[](std::size_t i) const {
-    return {origins[i],         directions[i],       value_of(t_min, i),
-            value_of(t_max, i), value_of(radius, i), value_of(spread, i)};
+    return {origins[i],          directions[i],       value_of(t_min, i), value_of(t_max, i),
+            value_of(radius, i), value_of(spread, i), value_of(limit, i)};
   }
+
+  /// Whether any ray may have a limit.
+  bool has_limit() const { return limit.size() != 1 || limit[0] != kInfinity; }
 
   /// Prefetch the rays with these ids. Skipping those that share a cache line is slower.
   void prefetch(const std::uint32_t* ids, int n) const {

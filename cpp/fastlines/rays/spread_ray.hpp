@@ -56,6 +56,13 @@ struct SpreadRay : Ray {
 template <class P>
 using RayOf = std::conditional_t<kHasSpread<P>, SpreadRay, Ray>;
 
+/// The same ray, for which hits beyond `limit`, in units of the caller's ray, need not be found.
+template <class R>
+R with_limit(R ray, float limit) {
+  if (limit != kInfinity) ray.limit = ray.max_t(limit);
+  return ray;
+}
+
 /// Prepare a ray for queries on P.
 template <class P>
 RayOf<P> prepare_for(const RayQuery& query, const Frame& frame) {
@@ -66,9 +73,9 @@ RayOf<P> prepare_for(const RayQuery& query, const Frame& frame) {
     ray.radius += spread.growth;
     ray.eps += spread.cull_growth - spread.growth;
     ray.tie_tolerance += spread.tie_tolerance;
-    return ray;
+    return with_limit(ray, query.limit);
   } else {
-    return prepare(query, frame);
+    return with_limit(prepare(query, frame), query.limit);
   }
 }
 

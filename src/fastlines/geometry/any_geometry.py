@@ -32,8 +32,7 @@ class AnyGeometry(Shown, Immutable, ABC):
     """Primitives that a tree can be over. A kind of geometry is a subclass, and a row of `kinds.KINDS`.
 
     Each member is one question about the kind, and the rest of the package asks these instead of testing for classes. A
-    kind implements the abstract members, and those whose default is not true of it. A `Geometry` of several parts asks
-    its parts.
+    kind implements the abstract members, and those whose default is not true of it. A `Geometry` asks its parts.
     """
 
     # --- What the core gets ---
@@ -217,6 +216,11 @@ class AnyGeometry(Shown, Immutable, ABC):
         """Return the strand of each of some primitives; -1 for none."""
         return np.full(len(prim), -1)
 
+    @property
+    def end_of_strands(self) -> int:
+        """One more than the greatest number of a strand."""
+        return 0
+
     # --- Attributes ---
 
     #: A row for each primitive, by name.
@@ -241,8 +245,7 @@ class AnyGeometry(Shown, Immutable, ABC):
         if name not in self.sample_names:
             raise InputError(f"name={name!r} is not an attribute of {self!r}{did_you_mean(name, self.sample_names)}")
         if name in self.place_attributes:
-            values = require_numbers(name, self.place_attributes[name])
-            return interpolate(values[hits.prim], self.place_weights(hits))
+            return interpolate(require_numbers(name, self.place_attributes[name])[hits.prim], self.place_weights(hits))
         return require_numbers(name, self.attributes[name])[hits.prim]
 
     def sample_needs_rays(self, name: str) -> bool:
@@ -256,15 +259,13 @@ class AnyGeometry(Shown, Immutable, ABC):
 
     def arrays_of(self, name: str) -> list[tuple[AnyArray, int]]:
         """Return the arrays of an attribute, and after how many dimensions one value of each begins."""
-        columns = ((self.attributes, 1), (self.place_attributes, 2))
-        return [(arrays[name], n) for arrays, n in columns if name in arrays]
+        return [(of[name], n) for of, n in ((self.attributes, 1), (self.place_attributes, 2)) if name in of]
 
     def attribute_types(self) -> dict[str, str]:
         """Return the type of each attribute, with the shape of one value, such as "float32 × 3" or "text"."""
-        arrays = {**self.attributes, **self.place_attributes}
-        names = dict.fromkeys([*self.place_attributes, *self.attributes])
-        types = {name: "text" if is_text(arrays[name]) else arrays[name].dtype for name in names}
-        return {name: " × ".join(map(str, (types[name], *self.sample_shape(name)))) for name in names}
+        arrays = {**self.place_attributes, **self.attributes, **self.place_attributes}
+        types = {name: "text" if is_text(values) else values.dtype for name, values in arrays.items()}
+        return {name: " × ".join(map(str, (kind, *self.sample_shape(name)))) for name, kind in types.items()}
 
     def attribute_texts(self) -> dict[str, list[str]]:
         """Return the type of each attribute, and what it has a value for, such as "float32 per strand"."""

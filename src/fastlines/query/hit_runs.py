@@ -95,7 +95,7 @@ class HitRunQueries:
         check_progress(query.progress)
         surface, merges = query.is_surface(at), is_merge(merge, at)
         if not isinstance(query.rays, RayBatch):
-            raise InputError("rays in the memory of a GPU are not listed in parts; pass NumPy arrays, or use all_hits")
+            raise InputError("rays of a GPU or of Dask are not listed in parts; pass NumPy arrays, or use all_hits")
         return _parts(query, query.rays, surface, merges, max_bytes)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any, Protocol, TypeAlias
 
 import numpy as np
@@ -29,12 +29,15 @@ SPREAD_LIMIT = 1e12
 #: No spread, for all rays.
 NO_SPREAD = np.zeros(1, np.float32)
 
+#: No limit, for all rays.
+NO_LIMIT = np.full(1, np.inf, np.float32)
+
 #: The most rays of one call: the core numbers them in 32 bits.
 RAYS_LIMIT = 2**32 - 1
 
 
-#: Origins, directions, radius, t_min, t_max, spread.
-RayArrays: TypeAlias = tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]
+#: Origins, directions, radius, t_min, t_max, spread, limit.
+RayArrays: TypeAlias = tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,13 +59,16 @@ class RayBatch:
     ignored: tuple[Ignored, ...] = ()
     #: The parts of a `Geometry` that they see; None for all.
     parts: tuple[int, ...] | None = None
+    #: (n,) or (1,): first hits, and next hits by t, with a larger t need not be found, but may be. Unlike `t_max` it
+    #: clips nothing.
+    limit: FloatArray = field(default_factory=lambda: NO_LIMIT)
 
     def __len__(self) -> int:
         return len(self.origins)
 
     def arrays(self) -> RayArrays:
-        """Return the arrays in the order of the core: origins, directions, radius, t_min, t_max, spread."""
-        return self.origins, self.directions, self.radius, self.t_min, self.t_max, self.spread
+        """Return the arrays in the order of the core: origins, directions, radius, t_min, t_max, spread, limit."""
+        return self.origins, self.directions, self.radius, self.t_min, self.t_max, self.spread, self.limit
 
     @property
     def has_spread(self) -> bool:
@@ -76,21 +82,21 @@ class RayBatch:
 
     def some(self, rows: IntArray) -> RayBatch:
         """Return a batch of the rays in these rows."""
-        scalars = (self.radius, self.t_min, self.t_max, self.spread)
-        radius, t_min, t_max, spread = (values if len(values) == 1 else values[rows] for values in scalars)
+        scalars = (self.radius, self.t_min, self.t_max, self.spread, self.limit)
+        radius, t_min, t_max, spread, limit = (values if len(values) == 1 else values[rows] for values in scalars)
         none = np.zeros(0, np.int64)
         arrays = self.origins[rows], self.directions[rows], radius, t_min, t_max, spread
         ignored = tuple(each.some(rows) for each in self.ignored)
-        return RayBatch(rows.shape, *arrays, none, ignored=ignored, parts=self.parts)
+        return RayBatch(rows.shape, *arrays, none, ignored=ignored, parts=self.parts, limit=limit)
 
     def part(self, begin: int, end: int) -> RayBatch:
         """Return a batch of consecutive rays, whose arrays are views."""
-        scalars = (self.radius, self.t_min, self.t_max, self.spread)
-        radius, t_min, t_max, spread = (values if len(values) == 1 else values[begin:end] for values in scalars)
+        scalars = (self.radius, self.t_min, self.t_max, self.spread, self.limit)
+        radius, t_min, t_max, spread, limit = (values if len(values) == 1 else values[begin:end] for values in scalars)
         arrays = self.origins[begin:end], self.directions[begin:end], radius, t_min, t_max, spread
         skipped = self.skipped[(self.skipped >= begin) & (self.skipped < end)] - begin
         ignored = tuple(each.some(slice(begin, end)) for each in self.ignored)
-        made = RayBatch((end - begin,), *arrays, skipped)
+        made = RayBatch((end - begin,), *arrays, skipped, limit=limit)
         return replace(made, digest=made._checksum(), ignored=ignored, parts=self.parts)
 
     def _checksum(self) -> int:
@@ -166,7 +172,7 @@ def check_rays(given: RayArguments, bounds: FloatArray) -> RayBatch:
     low, high, largest = limits_of(bounds)
     farthest = max(map(abs, (*low, *high)))
     arrays = origins, directions, radii, starts, ends, spreads
-    valid, digest = engine.check_rays(arrays, largest, farthest, get_num_threads())
+    valid, digest = engine.check_rays((*arrays, NO_LIMIT), largest, farthest, get_num_threads())
     if valid:
         return RayBatch(shape, *arrays, np.zeros(0, np.int64), digest)
 
@@ -196,7 +202,7 @@ def check_rays(given: RayArguments, bounds: FloatArray) -> RayBatch:
         radii, starts, ends, spreads = (np.broadcast_to(values, n_rays).copy() for values in scalars.values())
         radii[skipped] = starts[skipped] = ends[skipped] = spreads[skipped] = 0
     arrays = origins, directions, radii, starts, ends, spreads
-    digest = engine.check_rays(arrays, largest, farthest, get_num_threads())[1]
+    digest = engine.check_rays((*arrays, NO_LIMIT), largest, farthest, get_num_threads())[1]
     return RayBatch(shape, *arrays, np.flatnonzero(skipped), digest)
 
 

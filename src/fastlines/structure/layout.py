@@ -41,6 +41,8 @@ class Layout(Immutable):
         the high half). The last piece of a segment has an s1 of 65535.
     mean_extent : float
         The mean extent of the leaves, in the frame of the scene, which spans −1 to 1.
+    frame : (2, 3) float32, optional
+        The box whose frame the blocks are in; without it, `box`.
     """
 
     geometry: AnyGeometry
@@ -49,9 +51,10 @@ class Layout(Immutable):
     leaves: npt.NDArray[np.uint8]
     refs: npt.NDArray[np.uint32]
     mean_extent: float
+    frame: npt.NDArray[np.float32] | None = None
 
     def __post_init__(self) -> None:
-        for name in ("box", "refs"):
+        for name in ("box", "refs", "frame"):
             object.__setattr__(self, name, frozen(getattr(self, name)))
         for name in ("nodes", "leaves"):
             object.__setattr__(self, name, _aligned(frozen(getattr(self, name))))
@@ -86,7 +89,8 @@ class Layout(Immutable):
 
     def _view_over(self, kind: str, data: npt.NDArray[np.float32]) -> _core.LayoutView:
         corners = self.box.reshape(-1).tolist()
-        return _core.LayoutView(kind, data, self.nodes, self.leaves, self.refs, corners, self.mean_extent)
+        frame = corners if self.frame is None else self.frame.reshape(-1).tolist()
+        return _core.LayoutView(kind, data, self.nodes, self.leaves, self.refs, corners, frame, self.mean_extent)
 
 
 def _aligned(blocks: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:
@@ -106,12 +110,17 @@ def build_layout(
     refs: npt.NDArray[np.uint32],
     box: npt.NDArray[np.float32],
     progress: ProgressOption = False,
+    *,
+    frame: npt.NDArray[np.float32] | None = None,
 ) -> Layout:
     """Lay out a tree, given as rows of 32-bit words."""
+    corners = (box if frame is None else frame).reshape(-1).tolist()
     with reporting(progress, "layout") as callback:
-        made = engine.build_layout(*geometry.core_data(), nodes, refs, RADIUS_HINT, get_num_threads(), callback)
+        made = engine.build_layout(
+            *geometry.core_data(), nodes, refs, corners, RADIUS_HINT, get_num_threads(), callback
+        )
     wide_nodes, leaves, wide_refs, mean_extent = made
-    return Layout(geometry, box, own(wide_nodes), own(leaves), own(wide_refs), mean_extent)
+    return Layout(geometry, box, own(wide_nodes), own(leaves), own(wide_refs), mean_extent, frame)
 
 
 def refit_layout(
@@ -120,4 +129,4 @@ def refit_layout(
     """Fit a layout to segments that have moved: the same children and pieces, other boxes (`BlockEncoder`)."""
     moved = replace(layout, geometry=lines, box=box)
     nodes, leaves, mean_extent = engine.refit_layout(moved.view, n_threads, progress)
-    return Layout(lines, box, own(nodes), own(leaves), layout.refs, mean_extent)
+    return Layout(lines, box, own(nodes), own(leaves), layout.refs, mean_extent, layout.frame)

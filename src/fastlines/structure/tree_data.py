@@ -23,6 +23,7 @@ from ..support.display import Shown
 from ..support.graphviz import MAX_LEVEL, dot_nodes, dot_text
 from ..support.immutable import Immutable, frozen, own
 from ..support.texts import counted
+from .frame import frame_around
 
 #: A node: its box, the index of its right child (0 = leaf; the left child is the next node), and the range of the
 #: references at or below it.
@@ -38,13 +39,15 @@ class Planes(NamedTuple):
     """A KD tree as the core searches it by its planes (cpp/fastlines/query/plane_tree.hpp).
 
     `nodes` (n, 2) have an axis and a plane each, or a range of references; siblings are adjacent. `prims` has the
-    primitive of each reference. `depth` is the level of the deepest node, and `corners` the root's box.
+    primitive of each reference. `depth` is the level of the deepest node, `corners` the root's box, and `frame_corners`
+    that of the frame.
     """
 
     nodes: npt.NDArray[np.uint32]
     prims: npt.NDArray[np.uint32]
     depth: int
     corners: tuple[float, ...]
+    frame_corners: tuple[float, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,6 +78,9 @@ class TreeData(Shown, Immutable):
     searched : mapping of str to int
         After a build with a lookahead of 2 or more: how many ``candidates`` the search had, and how many of them were
         ``carried_out``. Files do not keep it.
+    frame : (2, 3) float32, optional
+        The box whose centre and size define the coordinates that queries compute in; without it, the root's. Trees over
+        parts of a scene that have the frame of the whole answer as one tree over all of it.
 
     Other Parameters
     ----------------
@@ -90,6 +96,7 @@ class TreeData(Shown, Immutable):
     limits_hit: Mapping[str, int] = field(default_factory=dict)
     built_cost: float | None = None
     searched: Mapping[str, int] = field(default_factory=dict)
+    frame: npt.NDArray[np.float32] | None = None
     made_by_core: InitVar[bool] = False
 
     def __post_init__(self, made_by_core: bool) -> None:
@@ -105,11 +112,11 @@ class TreeData(Shown, Immutable):
         instance("settings", self.settings, Settings, "fl.Settings(…)")
         if self.built_cost is not None and not 0 <= self.built_cost < np.inf:
             raise InputError(f"built_cost={self.built_cost!r}; expected a cost, or None without a refit")
-        if made_by_core:
-            return
-        found = _core.check(*self.geometry.build_data(), *self.words(), self.settings.boxes)
-        if found is not None:
-            raise InvalidTreeError(*found)
+        if not made_by_core:
+            found = _core.check(*self.geometry.build_data(), *self.words(), self.settings.boxes)
+            if found is not None:
+                raise InvalidTreeError(*found)
+        object.__setattr__(self, "frame", frame_around(self.nodes["box"][0], self.frame))
 
     def __repr__(self) -> str:
         return (
@@ -136,6 +143,11 @@ class TreeData(Shown, Immutable):
     def n_refs(self) -> int:
         """The number of references; one primitive can have many."""
         return len(self.refs)
+
+    @computed_once
+    def frame_box(self) -> npt.NDArray[np.float32]:
+        """The box that defines the coordinates that queries compute in, (2, 3): `frame`, or the root's box."""
+        return np.asarray(self.nodes["box"][0] if self.frame is None else self.frame)
 
     @property
     def is_leaf(self) -> npt.NDArray[np.bool_]:
@@ -316,8 +328,9 @@ class TreeData(Shown, Immutable):
     @computed_once
     def planes(self) -> Planes:
         """A KD tree in the form that ``kernel="binary"`` searches; made on the first such query, and kept."""
-        nodes, prims, depth = _core.planes(*self.words())
-        return Planes(own(nodes), own(prims), depth, tuple(self.nodes["box"][0].reshape(-1).tolist()))
+        corners, frame = (tuple(box.reshape(-1).tolist()) for box in (self.nodes["box"][0], self.frame_box))
+        nodes, prims, depth = _core.planes(*self.words(), frame)
+        return Planes(own(nodes), own(prims), depth, corners, frame)
 
     def words(self) -> tuple[npt.NDArray[np.uint32], npt.NDArray[np.uint32]]:
         """Return nodes and references as rows of 32-bit words, the form of the core and of files; no copy."""

@@ -5,10 +5,12 @@ from __future__ import annotations
 import dataclasses
 import json
 import os
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, TypeVar
 
 import numpy as np
+import numpy.typing as npt
 
 from ..errors import FileFormatError, InputError, InvalidTreeError
 from ..io import known_formats
@@ -25,6 +27,9 @@ Tree = TypeVar("Tree", bound=TreeData)
 
 FORMAT = "fastlines tree 2"
 
+#: What the names of sections begin with that a tree does not read.
+MORE = "more/"
+
 #: The sections of nodes and references: the shape of a row of 32-bit words.
 SECTIONS: dict[str, tuple[int, ...]] = {"nodes": (9,), "refs": (3,)}
 
@@ -32,8 +37,14 @@ SECTIONS: dict[str, tuple[int, ...]] = {"nodes": (9,), "refs": (3,)}
 UNUSABLE = (KeyError, TypeError, ValueError, AttributeError, OverflowError, RecursionError, InvalidTreeError)
 
 
-def write(tree: TreeData, path: str | os.PathLike[str]) -> None:
-    """Write a tree and its geometry; see `Tree.save`."""
+def write(
+    tree: TreeData,
+    path: str | os.PathLike[str],
+    *,
+    layout: bool = False,
+    more: Mapping[str, npt.NDArray[Any]] | None = None,
+) -> None:
+    """Write a tree and its geometry; see `Tree.save`. `more` are sections that the tree does not read."""
     name = Path(path).name.lower()
     extension = Path(name.removesuffix(".gz")).suffix
     if extension != ".flt" and extension in known_formats():
@@ -48,6 +59,7 @@ def write(tree: TreeData, path: str | os.PathLike[str]) -> None:
         )
     nodes, refs = tree.words()
     arrays = {"nodes": nodes, "refs": refs, **sections}
+    arrays |= {MORE + section: array for section, array in (more or {}).items()}
     metadata = {
         "format": FORMAT,
         "method": tree.method,
@@ -55,6 +67,7 @@ def write(tree: TreeData, path: str | os.PathLike[str]) -> None:
         "limits_hit": json.dumps(dict(tree.limits_hit)),
         "built_cost": None if tree.built_cost is None else repr(tree.built_cost),
         "kind": None if facts["kind"] == "Lines" else facts["kind"],
+        "frame": None if tree.frame is None else json.dumps(tree.frame.tolist()),
         "up": facts.get("up"),
         "unit": facts.get("unit"),
         "tolerance": None if facts.get("tolerance") is None else repr(facts["tolerance"]),
@@ -65,14 +78,27 @@ def write(tree: TreeData, path: str | os.PathLike[str]) -> None:
     container.write(path, dict(kept), {name: text for name, text in metadata.items() if text is not None})
 
 
-def read(kind: type[Tree], path: str | os.PathLike[str], verify: bool | None) -> Tree:
+def read_more(path: str | os.PathLike[str], *, advice: str = container.ADVICE) -> dict[str, npt.NDArray[Any]]:
+    """Map the sections of a file that its tree does not read."""
+    arrays, _ = container.read(path, verify=False, advice=advice)
+    return {name.removeprefix(MORE): array for name, array in arrays.items() if name.startswith(MORE)}
+
+
+def read(
+    kind: type[Tree],
+    path: str | os.PathLike[str],
+    verify: bool | None,
+    *,
+    trusted: bool = False,
+    advice: str = container.ADVICE,
+) -> Tree:
     """Map a file into memory and make a checked tree of it; see `fastlines.load`."""
     if not Path(path).exists():
         check_path(Path(path))
-    arrays, metadata = container.read(path, verify)
+    arrays, metadata = container.read(path, verify, advice=advice)
 
     def refuse(why: str) -> FileFormatError:
-        return FileFormatError(f"{path} is not a usable tree file: {why}; build and save the tree again")
+        return FileFormatError(f"{path} is not a usable tree file: {why}; {advice}")
 
     if metadata.get("format") != FORMAT:
         raise refuse(f"its format is {metadata.get('format')!r}, expected {FORMAT!r}")
@@ -88,8 +114,9 @@ def read(kind: type[Tree], path: str | os.PathLike[str], verify: bool | None) ->
         facts: dict[str, Any] = {name: metadata.get(name) for name in ("kind", "up", "unit")}
         facts |= {name: json.loads(metadata[name]) for name in ("tolerance", "metadata", "parts") if name in metadata}
         geometry = from_sections(arrays, facts, refuse)
+        frame = np.array(json.loads(metadata["frame"]), np.float32) if "frame" in metadata else None
         nodes, refs = arrays["nodes"].reshape(-1).view(NODE), arrays["refs"].reshape(-1).view(REF)
-        return kind(geometry, nodes, refs, settings, metadata["method"], limits_hit, built_cost)
+        return kind(geometry, nodes, refs, settings, metadata["method"], limits_hit, built_cost, frame=frame)
     except FileFormatError:
         raise
     except UNUSABLE as error:

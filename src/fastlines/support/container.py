@@ -11,6 +11,7 @@ in their order. So whichever bit of a file is flipped, a checksum differs.
 
 from __future__ import annotations
 
+import hashlib
 import json
 import math
 import os
@@ -40,6 +41,9 @@ CHECKSUMS = "crc32"
 
 #: Checksums of larger files are verified only on request: verification takes up to a second a gigabyte.
 VERIFIED_BYTES = 1 << 30
+
+#: What to do where a file is damaged.
+ADVICE = "build and save the tree again"
 
 #: How many bytes are checked at a time; Ctrl-C acts in between.
 BLOCK = 1 << 26
@@ -82,19 +86,29 @@ def checksum(data: Any) -> int:
     return found
 
 
+def digest_of(arrays: Mapping[str, npt.NDArray[Any]]) -> str:
+    """Return what identifies the content of a file whose arrays were read: a hash of its checksums."""
+    return hashlib.blake2b(arrays[CHECKSUMS].tobytes(), digest_size=8).hexdigest()
+
+
+def digest(path: str | os.PathLike[str]) -> str:
+    """Return what identifies the content of a file, as its checksums say, which are not verified."""
+    return digest_of(read(path, verify=False)[0])
+
+
 def read(
-    path: str | os.PathLike[str], verify: bool | None = None
+    path: str | os.PathLike[str], verify: bool | None = None, *, advice: str = ADVICE
 ) -> tuple[dict[str, npt.NDArray[Any]], dict[str, str]]:
     """Map the arrays of a file into memory, read-only; its checksums are one of them.
 
     The checksums are verified by default if the file has at most `VERIFIED_BYTES`. A FileFormatError is raised if the
-    file contradicts its header or its checksums.
+    file contradicts its header or its checksums; it ends with the advice.
     """
     facts = Path(path).stat()
     size = facts.st_size
 
     def refuse(why: str) -> FileFormatError:
-        return FileFormatError(f"{path} is not a whole tree file: {why}; build and save the tree again")
+        return FileFormatError(f"{path} is not a whole tree file: {why}; {advice}")
 
     if not (stat.S_ISREG(facts.st_mode) or stat.S_ISDIR(facts.st_mode)):
         raise FileFormatError(f"{path} is not a regular file; expected a tree file, which can be mapped into memory")

@@ -58,9 +58,9 @@ concept Query = Collector<typename Q::Collector> &&
                   query.store(rays, collector, lane, lane);
                 };
 
-/// Set the limits of lanes [first, end) to t_max, and those of the lanes without a ray to `kNoMoreHits`.
+/// Set the limits of lanes [first, end) to those of the rays, and those of the lanes without a ray to `kNoMoreHits`.
 inline void begin_limits(const RayGroup& rays, int first, int end, float (&limit)[kGroupSize]) {
-  std::copy(rays.t_max + first, rays.t_max + end, limit + first);
+  std::copy(rays.limit + first, rays.limit + end, limit + first);
   std::fill(limit + end, limit + round_up_to_width(end), kNoMoreHits);
 }
 

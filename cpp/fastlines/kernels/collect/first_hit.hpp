@@ -78,7 +78,7 @@ struct FirstHitCollector : Where {
     s[i] = approach.s;
     dist2[i] = approach.dist2;
     prim[i] = std::bit_cast<float>(prim_);
-    limit[i] = min(approach.t + rays.tie_tolerance[i], rays.t_max[i]);
+    limit[i] = min(approach.t + rays.tie_tolerance[i], limit[i]);
     limit_changed = true;
   }
 };

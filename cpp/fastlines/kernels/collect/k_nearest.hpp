@@ -107,7 +107,7 @@ struct KNearestCollector : Where {
     nearest.set(is_full ? nearest.worst : nearest.n++, t_ray, approach, prim);
     if (nearest.n < k) return;
     nearest.find_worst();
-    limit[i] = min(nearest.t[nearest.worst] + rays.tie_tolerance[i], rays.t_max[i]);
+    limit[i] = min(nearest.t[nearest.worst] + rays.tie_tolerance[i], limit[i]);
     limit_changed = true;
   }
 };

@@ -18,7 +18,7 @@ constexpr int round_up_to_width(int end) { return (end + kSimdWidth - 1) / kSimd
 /// The members are those of `Ray`, as columns with one entry per lane.
 struct alignas(64) RayGroup {
   float o[3][kGroupSize], u[3][kGroupSize], v[3][kGroupSize], r[3][kGroupSize];
-  float t_min[kGroupSize], t_max[kGroupSize], radius2[kGroupSize];
+  float t_min[kGroupSize], t_max[kGroupSize], limit[kGroupSize], radius2[kGroupSize];
   float tie_tolerance[kGroupSize];
   float cull_radius[kGroupSize];  ///< radius + eps, in the frame
   float t_min_ray[kGroupSize], t_max_ray[kGroupSize];
@@ -63,6 +63,20 @@ struct alignas(64) RayGroup {
                         stop[i],
                         radius[i]},
                        lengths[i], inv_lengths[i], frame_copy));
+    fill_limits(rays);
+  }
+
+  /// Convert the limits of the rays to the frame; reads their tie tolerances.
+  void fill_limits(const RayBatch& rays) {
+    const int padded = round_up_to_width(n);
+    if (!rays.has_limit()) {
+      std::copy_n(t_max, padded, limit);
+      return;
+    }
+    float given[kGroupSize];
+    broadcast_or_gather(rays.limit, padded, given);
+    for (int i = 0; i < padded; ++i)
+      limit[i] = max_t_of(given[i], t_max[i], tie_tolerance[i], t0[i], inv_scale, inv_length[i]);
   }
 
   /// Load a point or a direction of each ray of the packet at `first`.
@@ -122,6 +136,7 @@ struct alignas(64) RayGroup {
     }
     copy_packet(from.t_min, t_min);
     copy_packet(from.t_max, t_max);
+    copy_packet(from.limit, limit);
     copy_packet(from.radius2, radius2);
     copy_packet(from.tie_tolerance, tie_tolerance);
     copy_packet(from.id, id);

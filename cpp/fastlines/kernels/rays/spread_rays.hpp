@@ -25,6 +25,7 @@ struct SpreadRayGroup : RayGroup {
       cull_radius[i] += of.cull_growth;
       tie_tolerance[i] += of.tie_tolerance;
     }
+    fill_limits(rays);
   }
 
   /// Copy a packet of another group, as `RayGroup::copy` does.

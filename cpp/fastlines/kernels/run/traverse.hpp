@@ -61,7 +61,7 @@ struct VisitHits : ChosenAt {
 template <RayPrimitive P, class Visit>
   requires std::invocable<Visit&, const ClosestApproach<float>&, const Reference&, float&>
 void traverse(const WideBvhView<P>& tree, const RayOf<P>& ray, Visit&& visit, At at = At::closest) {
-  VisitHits<std::remove_reference_t<Visit>> collector{{at}, ray.t_max, visit};
+  VisitHits<std::remove_reference_t<Visit>> collector{{at}, ray.limit, visit};
   traverse(tree, ray, collector);
 }
 

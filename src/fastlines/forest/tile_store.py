@@ -1,0 +1,162 @@
+"""The tiles of a forest: mapped when they are asked, and kept open within a bound on memory."""
+
+from __future__ import annotations
+
+import os
+import threading
+from collections import OrderedDict
+from dataclasses import dataclass
+from pathlib import Path
+
+from ..arrays import IntArray
+from ..errors import FileFormatError, InputError
+from ..query.memory_check import left_bytes
+from ..structure import tree_file
+from ..support import container
+from ..support.computed_once import held
+from ..support.texts import bytes_text
+from ..tree import Tree
+from .manifest import ADVICE, Manifest, TileFacts
+from .verified_files import is_verified, set_verified
+
+#: Without a bound, tiles stay open while they take at most this share of the free memory.
+FREE_SHARE = 0.5
+
+#: The bytes of a row that queries test where lines have radii, which is made when a tile is first asked.
+ROUND_CONE = 32
+
+
+@dataclass(frozen=True, eq=False)
+class Tile:
+    """A tile of a forest that is open.
+
+    Attributes
+    ----------
+    number : int
+    tree : Tree
+        Over the primitives of the tile, in the frame of the forest.
+    ids : None or (n,) int64
+        Their numbers in the whole, rising; None if they are 0, 1, 2, …
+    places : None or (n,) int64
+        Their positions among the primitives of their strands, -1 for none; None if there are no strands.
+    """
+
+    number: int
+    tree: Tree
+    ids: IntArray | None = None
+    places: IntArray | None = None
+
+
+class TileStore:
+    """Opens the tiles of a forest, for any number of threads; those that were asked last stay open.
+
+    Parameters
+    ----------
+    folder : path
+    manifest : Manifest
+    memory : int, optional
+        How many bytes the open tiles may take. The default is half of the memory that is free. A tile that is in use
+        stays in memory until it is no longer used, also where others have taken its place.
+    verify : bool, optional
+        Whether to verify the checksums of a tile when this process first opens it; see `load`.
+    """
+
+    def __init__(
+        self,
+        folder: str | os.PathLike[str],
+        manifest: Manifest,
+        memory: int | None = None,
+        verify: bool | None = None,
+    ) -> None:
+        self.folder, self.manifest, self.memory, self.verify = Path(folder), manifest, memory, verify
+        sizes = [size_of(tile) for tile in manifest.tiles]
+        largest = max(sizes, default=0)
+        if memory is not None and memory < largest:
+            file = manifest.tiles[sizes.index(largest)].file
+            raise InputError(
+                f"memory={memory} is less than the tile {file} of {folder} takes; give {largest} bytes "
+                f"({bytes_text(largest)}) or more, or build the forest again with a smaller max_segments"
+            )
+        self._limit = max(FREE_SHARE * left_bytes(), largest) if memory is None else memory
+        self._open: OrderedDict[int, Tile] = OrderedDict()
+        self._lock = threading.Lock()
+
+    def __len__(self) -> int:
+        return len(self.manifest.tiles)
+
+    def is_open(self, number: int) -> bool:
+        """Return whether a tile is open, so that it can be asked at once."""
+        return number in self._open
+
+    def open(self, number: int) -> Tile:
+        """Return a tile; open it, and close those that were not asked for the longest time.
+
+        Raises
+        ------
+        FileFormatError
+            If its file is missing, truncated, damaged, or of another build than the manifest.
+        """
+        found = self._known(number)
+        if found is not None:
+            return found
+        with held(self, f"tile {number}"):
+            found = self._known(number)
+            if found is not None:
+                return found
+            self._make_room(size_of(self.manifest.tiles[number]))
+            tile = read_tile(self.folder, number, self.manifest.tiles[number], self.verify)
+            with self._lock:
+                self._open[number] = tile
+            return tile
+
+    def close(self) -> None:
+        """Close all tiles."""
+        with self._lock:
+            self._open.clear()
+
+    def _known(self, number: int) -> Tile | None:
+        """Return a tile if it is open, as the one that was asked last."""
+        with self._lock:
+            if number not in self._open:
+                return None
+            self._open.move_to_end(number)
+            return self._open[number]
+
+    def _make_room(self, n_bytes: int) -> None:
+        """Close tiles until this many bytes are free."""
+        with self._lock:
+            taken = sum(size_of(self.manifest.tiles[number]) for number in self._open)
+            while self._open and taken + n_bytes > self._limit:
+                number, _ = self._open.popitem(last=False)
+                taken -= size_of(self.manifest.tiles[number])
+
+
+def size_of(tile: TileFacts) -> int:
+    """Return how many bytes a tile takes while it is open."""
+    return tile.n_bytes + (ROUND_CONE * tile.n_prims if tile.max_radius > 0 else 0)
+
+
+def read_tile(folder: Path, number: int, facts: TileFacts, verify: bool | None = None) -> Tile:
+    """Map a tile. Its checksums and its tree are checked unless this process has checked this version of the file.
+
+    With ``verify=True`` both are checked in any case.
+    """
+    path = folder / facts.file
+
+    def refuse(why: str) -> FileFormatError:
+        return FileFormatError(f"{path} is not the tile {number} of this forest: {why}; {ADVICE}")
+
+    try:
+        trusted = verify is not True and is_verified(path)
+        more = tree_file.read_more(path, advice=ADVICE)
+        if path.stat().st_size != facts.n_bytes or container.digest(path) != facts.digest:
+            raise refuse("it is of another build than the manifest")
+        tree = tree_file.read(Tree, path, False if trusted else verify, trusted=trusted, advice=ADVICE)
+    except FileNotFoundError:
+        raise refuse("it is missing") from None
+    n = len(tree.geometry)
+    columns = more.get("ids"), more.get("places")
+    if n != facts.n_prims or any(column is not None and column.shape != (n,) for column in columns):
+        raise refuse(f"it does not hold {facts.n_prims} primitives with their numbers")
+    set_verified(path)
+    return Tile(number, tree, *columns)
