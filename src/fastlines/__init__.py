@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from .errors import PrecisionWarning as PrecisionWarning
     from .errors import QueryWarning as QueryWarning
     from .errors import WorkerError as WorkerError
+    from .forest.building.build_forest import build_forest as build_forest
     from .forest.forest import Forest as Forest
     from .forest.mapping.parquet import query_parquet as query_parquet
     from .geometry.boxes import Boxes as Boxes
@@ -45,6 +46,7 @@ if TYPE_CHECKING:
     from .geometry.user_primitives import Primitives as Primitives
     from .geometry.user_primitives import Rays as Rays
     from .io import read as read
+    from .io import read_chunks as read_chunks
     from .io import write as write
     from .pyvista_plugin.readers import to_polydata as to_polydata
     from .query.hits import AllHits as AllHits
@@ -105,6 +107,7 @@ _NAMES = {
         "QueryWarning",
         "WorkerError",
     ),
+    "forest.building.build_forest": ("build_forest",),
     "forest.forest": ("Forest",),
     "forest.mapping.parquet": ("query_parquet",),
     "geometry.boxes": ("Boxes",),
@@ -115,7 +118,7 @@ _NAMES = {
     "geometry.spheres": ("Spheres",),
     "geometry.triangles": ("Triangles",),
     "geometry.user_primitives": ("Primitives", "Rays"),
-    "io": ("read", "write"),
+    "io": ("read", "read_chunks", "write"),
     "pyvista_plugin.readers": ("to_polydata",),
     "query.hits": ("AllHits", "FirstHits"),
     "query.proximity.along": ("Along",),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import pickle
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +16,7 @@ from support.forests import strands, tiles_of
 import fastlines as fl
 from fastlines.forest.index import Index
 from fastlines.forest.tile_store import size_of
-from fastlines.forest.writing import write_forest
+from fastlines.forest.writing import write_forest, write_index
 
 
 @pytest.fixture
@@ -108,6 +109,17 @@ def test_verify_names_each_fault(forest: fl.Forest) -> None:
     (forest.path / "index.fli").write_bytes(flipped((forest.path / "index.fli").read_bytes()))
     with pytest.raises(fl.FileFormatError, match=r"(?s)index.fli.*00000.flt"):
         forest.verify()
+
+
+def test_verify_compares_tiles_with_the_index(forest: fl.Forest, lines: fl.Lines) -> None:
+    tiles = tiles_of(lines, 3)
+    tiles[[0, 1]] = tiles[[1, 0]]
+    tiles[2] = (tiles[2] + 1) % 3
+    manifest = forest.manifest
+    index = write_index(forest.path, tiles.astype(np.uint32), lines.strands, lines[:0])
+    replace(manifest, index=index).write(forest.path)
+    with pytest.raises(fl.FileFormatError, match=r"flt does not hold the primitives that the index says; call"):
+        fl.Forest(forest.path).verify()
 
 
 def test_a_damaged_index(forest: fl.Forest) -> None:

@@ -20,7 +20,7 @@ from ..camera import Camera
 from ..errors import FileWarning, InputError
 from ..forest.forest import Forest
 from ..forest.manifest import BUILDING, FILE
-from ..forest.mapping.cluster import connected
+from ..forest.mapping.connect import connected
 from ..geometry.any_geometry import AnyGeometry
 from ..geometry.collection import Geometry
 from ..geometry.curves import Curves

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import time
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -53,17 +54,23 @@ def build(
 
     [cyan]fastlines forest build traces.parquet --max-segments 2000000 -o traces.forest[/]
     """
+    invalid = "skip" if skip_invalid else "error"
+    texts = [text for text in option or () if not text.startswith(f"{OFFSET}=")]
+    offsets = [text.removeprefix(f"{OFFSET}=") for text in option or () if text not in texts]
+    offset = offset_of(offsets[-1]) if offsets else None
+    given: Any = sources
+    if format is not None or texts:
+        given = _chunks(sources, format, texts, offset=offset, invalid=invalid)
     start = time.perf_counter()
     forest = fl.build_forest(
-        sources[0] if len(sources) == 1 else sources,
+        given,
         output,
         max_segments=max_segments,
         memory=None if memory is None else n_bytes(memory, "--memory"),
         method=method,
-        invalid="skip" if skip_invalid else "error",
+        offset=offset,
+        invalid=invalid,
         progress=show_progress(),
-        format=format,
-        **_options(sources, format, option),
     )
     seconds = time.perf_counter() - start
     if as_json:
@@ -110,14 +117,11 @@ def verify(folder: Folder, as_json: Json = False) -> None:
     typer.echo(f"{folder}: whole: {_described(forest)}")
 
 
-def _options(sources: list[str], format: str | None, texts: list[str] | None) -> dict[str, Any]:
-    """Return the options of the format of the files, which all of them share."""
-    if not texts:
-        return {}
-    known = {name: kind for source in sources for name, kind in format_of(Path(source), format).options().items()}
-    found = format_options(texts, known)
-    offset = found.pop(OFFSET, None)
-    return {"options": found} | ({} if offset is None else {"offset": offset_of(offset)})
+def _chunks(sources: list[str], format: str | None, texts: list[str] | None, **how: Any) -> Iterator[fl.Lines]:
+    """Yield the chunks of files that are read with options of their format."""
+    for source in sources:
+        known = format_of(Path(source), format).options()
+        yield from fl.read_chunks(source, format=format, **how, **format_options(texts, known))
 
 
 def _described(forest: fl.Forest) -> str:

@@ -25,7 +25,7 @@ from ..support.computed_once import computed_once
 from ..support.texts import bytes_text, counted
 from .geometry import ForestGeometry
 from .index import Index
-from .manifest import Manifest
+from .manifest import ADVICE, Manifest
 from .mapping.dask_rays import DaskRays, has_dask_rays
 from .mapping.mapped_rays import MappedRays
 from .mapping.mapping import Mapping
@@ -65,6 +65,15 @@ class Forest(RayQueries, ProximityQueries):
         If a tile takes more than `memory`.
     OSError
         If there is no such path, or it cannot be read.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> import fastlines as fl
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     fl.build([[[-1, -1, -1], [1, 1, 1]]]).save(f"{folder}/line.flt")
+    ...     Forest(f"{folder}/line.flt").first_hit([0, 0, -5], [0, 0, 1], 0.5).t
+    array(5., dtype=float32)
     """
 
     geometry: AnyGeometry
@@ -237,10 +246,16 @@ class Forest(RayQueries, ProximityQueries):
 
     def _verify(self, number: int) -> None:
         """Verify the file of a tile, or with -1 that of the index."""
-        if number >= 0:
-            read_tile(self._store.folder, number, self.manifest.tiles[number], True)
-        elif not self._is_file:
-            Index.read(self.path, self.n_prims, self.manifest.index, True)
+        if number < 0:
+            if not self._is_file:
+                Index.read(self.path, self.n_prims, self.manifest.index, True)
+            return
+        tile = read_tile(self._store.folder, number, self.manifest.tiles[number], True)
+        if isinstance(self.geometry, ForestGeometry) and not self.geometry.index.holds(number, tile.ids):
+            raise FileFormatError(
+                f"{self.path / self.manifest.tiles[number].file} does not hold the primitives that the index says; "
+                f"{ADVICE}"
+            )
 
     def rebuild(self, tile: int, method: str | None = None, **settings: Any) -> Forest:
         """Build the tree of a tile again, with other settings, and return the forest with it.
