@@ -13,6 +13,7 @@ import re
 import shutil
 import sys
 import warnings
+from collections.abc import Mapping
 from importlib import import_module
 from typing import Annotated, Any
 
@@ -30,7 +31,7 @@ DEBUG = "FASTLINES_DEBUG"
 
 #: The commands in the order of the help: the module that has the function of that name, and what it does. A module is
 #: imported when its command runs.
-COMMANDS = {
+COMMANDS: dict[str, tuple[str, str]] = {
     "demo": ("demo", "Compare trees over five scenes, or your lines, in a page of figures and pictures."),
     "report": ("demo", "Find which tree suits your lines."),
     "scene": ("build", "Make one of the five scenes of the thesis."),
@@ -43,6 +44,23 @@ COMMANDS = {
     "within": ("nearest", "Find the lines within a distance of each point."),
     "pairs": ("pairs", "Find the lines that come near each other."),
     "render": ("render", "Render lines: hair, fibres, tubes; or draw the levels of a tree."),
+}
+
+#: The groups of commands, what each is about, and its commands as in `COMMANDS`.
+GROUPS: dict[str, tuple[str, dict[str, tuple[str, str]]]] = {
+    "forest": (
+        "Build and ask forests: trees over lines that do not fit into memory.",
+        {
+            "build": ("forest", "Build a forest in a folder; a second call goes on where the first has ended."),
+            "info": ("forest", "Describe a forest and its tiles."),
+            "verify": ("forest", "Check every file of a forest."),
+            "query": ("query", "Find what rays hit, as 'fastlines query' does."),
+            "nearest": ("nearest", "Find the line nearest to each point, as 'fastlines nearest' does."),
+            "within": ("nearest", "Find the lines within a distance of each point, as 'fastlines within' does."),
+            "pairs": ("pairs", "Find the lines that come near each other, as 'fastlines pairs' does."),
+            "render": ("render", "Render a picture, as 'fastlines render' does."),
+        },
+    ),
 }
 
 #: What begins with a minus and is not an option: three numbers, such as -1,2,3.
@@ -101,24 +119,40 @@ class Group(TyperGroup):
 class LazyCommand(TyperCommand):
     """A command whose module is imported when it runs."""
 
+    def __init__(self, name: str, module: str, short_help: str) -> None:
+        super().__init__(name, short_help=short_help, rich_markup_mode="rich")
+        self.module = module
+
     def make_context(self, info_name: str | None, args: list[str], *more: Any, **extra: Any) -> Any:
         """Parse the arguments of the command."""
         # A space before a negative number keeps it from being read as options.
         args = [f" {arg}" if NEGATIVE.fullmatch(arg) else arg for arg in args]
         assert self.name
-        module = import_module(f".{COMMANDS[self.name][0]}", __package__)
+        module = import_module(f".{self.module}", __package__)
         alone = typer.Typer(**TYPER)
         alone.command(self.name)(getattr(module, self.name))
         return fitted(typer.main.get_command(alone)).make_context(info_name, args, *more, **extra)
 
 
 class LazyGroup(Group):
-    """The group of `COMMANDS`."""
+    """A group of commands whose modules are imported when they run."""
+
+    def __init__(self, table: Mapping[str, tuple[str, str]] = COMMANDS, **extra: Any) -> None:
+        super().__init__(**extra)
+        for name, (module, short_help) in table.items():
+            self.commands[name] = LazyCommand(name, module, short_help)
+
+
+class Root(LazyGroup):
+    """The group of `COMMANDS`, and of the `GROUPS`."""
 
     def __init__(self, **extra: Any) -> None:
         super().__init__(**extra)
-        for name, (_, short_help) in COMMANDS.items():
-            self.commands[name] = LazyCommand(name, short_help=short_help, rich_markup_mode="rich")
+        for name, (about, table) in GROUPS.items():
+            group = LazyGroup(table, name=name, help=about, short_help=about, no_args_is_help=True)
+            group.rich_markup_mode = "rich"
+            group.context_settings = TYPER["context_settings"]
+            self.commands[name] = group
 
 
 def fitted(command: Any) -> Any:
@@ -172,7 +206,7 @@ def explain(error: BaseException) -> tuple[int, str]:
     return code, "error: " + " ".join(text.split())
 
 
-app = typer.Typer(cls=LazyGroup, **TYPER)
+app = typer.Typer(cls=Root, **TYPER)
 
 
 def _version(wanted: bool) -> None:

@@ -5,7 +5,8 @@ from __future__ import annotations
 import re
 import sys
 import warnings
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -14,8 +15,12 @@ import numpy as np
 import typer
 
 from .. import scenes
+from ..builder import build
 from ..camera import Camera
 from ..errors import FileWarning, InputError
+from ..forest.forest import Forest
+from ..forest.manifest import BUILDING, FILE
+from ..forest.mapping.connect import connected
 from ..geometry.any_geometry import AnyGeometry
 from ..geometry.collection import Geometry
 from ..geometry.curves import Curves
@@ -26,7 +31,7 @@ from ..io.reading import check_path, thickness_oddity
 from ..support.atomic_write import atomic_write, check_target
 from ..support.texts import counted
 from ..tree import Tree, load
-from .options import format_options, refuse_given
+from .options import format_options, n_bytes, refuse_given
 
 TREE = ".flt"
 SCENE = "scene:"
@@ -38,7 +43,7 @@ class Source:
 
     name: str
     geometry: AnyGeometry
-    tree: Tree | None = None
+    tree: Tree | Forest | None = None
     scene: scenes.Scene | None = None
     format: Format | None = None
 
@@ -66,9 +71,11 @@ def open_lines(
     format: str | None = None,
     options: Sequence[str] | None = None,
     own_radius: bool = True,
+    *,
+    forests: bool = False,
 ) -> Source:
     """Read an input; refuse one without lines, which is most likely a mistake."""
-    source = open_input(text, skip_invalid, format, options, own_radius)
+    source = open_input(text, skip_invalid, format, options, own_radius, forests=forests)
     if len(source.geometry) == 0:
         raise InputError(f"{text}: holds no segments; expected at least one ('fastlines info' shows what is in a file)")
     return source
@@ -80,14 +87,61 @@ def open_input(
     format: str | None = None,
     options: Sequence[str] | None = None,
     own_radius: bool = True,
+    *,
+    forests: bool = False,
 ) -> Source:
-    """Read a file of lines, a tree or a scene, as the argument INPUT names it; leave out the radius if wanted."""
+    """Read a file of lines, a tree or a scene, as the argument INPUT names it; leave out the radius if wanted.
+
+    The folder of a forest is refused unless `forests` are taken.
+    """
+    if is_forest(text):
+        if not forests:
+            raise InputError(
+                f"{text}: is a forest; expected a file of lines, a tree or a scene (forests are taken by query, "
+                "nearest, within, pairs, render, and by 'fastlines forest')"
+            )
+        refuse_given({"--format": format, "--option": options or None}, f"{text} is a forest")
+        refuse_given({"--no-own-radius": None if own_radius else True}, f"{text} is a forest")
+        forest = Forest(text)
+        return Source(text, forest.geometry, forest)
     source = _open(text, skip_invalid, format, options)
     if not own_radius:
         return _without_radius(source)
     if source.tree is not None and (oddity := thickness_oddity(source.geometry)) is not None:
         warnings.warn(f"{text}: {oddity}", FileWarning, stacklevel=2)
     return source
+
+
+def is_forest(text: str) -> bool:
+    """Return whether a path names the folder of a forest, perhaps a half-built one."""
+    return any((Path(text) / name).exists() for name in (FILE, BUILDING))
+
+
+def tree_of(source: Source) -> Tree | Forest:
+    """Return the tree of an input, or build one; its layout is made, so that queries alone can be timed."""
+    tree = source.tree or build(source.geometry, progress=show_progress())
+    if isinstance(tree, Tree):
+        tree.layout  # noqa: B018
+    return tree
+
+
+@contextmanager
+def placed(source: Source, memory: str | None, scheduler: str | None) -> Iterator[Source]:
+    """Yield an input whose forest uses so much memory, and the workers of a scheduler."""
+    if memory is None and scheduler is None:
+        yield source
+        return
+    forest = source.tree
+    if not isinstance(forest, Forest):
+        refuse_given({"--memory": memory, "--scheduler": scheduler}, f"{source.name} is not a forest")
+        return
+    if memory is not None:
+        forest = Forest(source.name, memory=n_bytes(memory, "--memory"))
+    if scheduler is None:
+        yield replace(source, geometry=forest.geometry, tree=forest)
+        return
+    with connected(scheduler) as client:
+        yield replace(source, geometry=forest.geometry, tree=forest.on(client))
 
 
 def open_beside(first: Source, text: str, skip_invalid: bool, own_radius: bool) -> Source:
@@ -119,7 +173,7 @@ def _open(text: str, skip_invalid: bool, format: str | None, options: Sequence[s
     row = format_of(path, format)
     given_options = format_options(options, row.options() if options else {})
     if OFFSET in given_options:
-        given_options[OFFSET] = _offset(given_options[OFFSET])
+        given_options[OFFSET] = offset_of(given_options[OFFSET])
     lines = read(path, invalid=invalid, format=format, progress=show_progress(), **given_options)
     if lines.n_skipped:
         what = counted(lines.n_skipped, "rows" if lines.has_parts else lines.noun)
@@ -128,7 +182,7 @@ def _open(text: str, skip_invalid: bool, format: str | None, options: Sequence[s
     return Source(text, lines, format=row)
 
 
-def _offset(text: str) -> Offset | str:
+def offset_of(text: str) -> Offset | str:
     """Read "auto" or three numbers separated by commas."""
     try:
         return check_offset(text if text == AUTO else text.split(","))
@@ -141,7 +195,7 @@ def _without_radius(source: Source) -> Source:
     geometry, leave_out = source.geometry, "leave out --no-own-radius"
     if all(part.radius is None for part in geometry.each_part()):
         raise InputError(f"{source.name}: has no radius of its own; {leave_out}")
-    if source.tree is None:
+    if not isinstance(source.tree, Tree):
         parts = [_bare(part) for part in geometry.each_part()]
         return replace(source, geometry=Geometry(parts) if geometry.has_parts else parts[0])
     if not isinstance(geometry, Lines):

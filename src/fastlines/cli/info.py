@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import shutil
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from typing import Annotated, Any
 
@@ -92,17 +92,23 @@ def info(
         typer.echo(json.dumps(facts, indent=2))
         return
     typer.echo(opened.name + (f": {opened.format.description}" if opened.format else ""))
-    for part in ("lines", "shapes", "tree"):
-        for key, value in facts.get(part, {}).items():
-            if key == "radius_for_pictures" and value is None:
-                continue  # they have their own radius
-            name = key.removeprefix("n_").removesuffix("_bytes").replace("_", " ")
-            typer.echo(f"{part:>7}  {name:<19} {_text(key, value)}")
+    for line in facts_text(facts):
+        typer.echo(line)
     if is_quick:
         needs = "" if picture or not opened.geometry.is_bare else ", and finds a radius for pictures"
         typer.echo(f"         --full counts duplicates{needs}")
     if picture and tree is not None:
         typer.echo(draw(shown, tree, radius or 0.0))
+
+
+def facts_text(facts: Mapping[str, Any]) -> Iterator[str]:
+    """Yield a line for each fact about lines, other shapes, a tree or a forest."""
+    for part in ("lines", "shapes", "tree", "forest"):
+        for key, value in facts.get(part, {}).items():
+            if key == "radius_for_pictures" and value is None:
+                continue  # they have their own radius
+            name = key.removeprefix("n_").removesuffix("_bytes").replace("_", " ")
+            yield f"{part:>7}  {name:<19} {_text(key, value)}"
 
 
 @contextmanager

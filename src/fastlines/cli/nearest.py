@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 from typer import Option
 
-from .options import Distance, FormatName, FormatOptions, Input, Json, OwnSurface, Skip, TableFile, To, finite
+from .options import AskedInput, Distance, FormatName, FormatOptions, Json, OwnSurface, Skip, TableFile, To, finite
 from .point_query import PointQuery
 
 Points = Annotated[
@@ -34,7 +34,7 @@ Parts = Annotated[str | None, Option(metavar="N,N,…", help="The parts to searc
 
 
 def nearest(
-    source: Input,
+    source: AskedInput,
     points: Points,
     k: Annotated[int, Option("--nearest", "-k", metavar="N", help="How many primitives to find for each point.")] = 1,
     max_distance: Annotated[
@@ -74,7 +74,7 @@ def nearest(
 
 
 def within(
-    source: Input,
+    source: AskedInput,
     points: Points,
     radius: Distance,
     to: To = None,

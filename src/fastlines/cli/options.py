@@ -14,6 +14,7 @@ from ..camera import Vector
 from ..errors import InputError
 
 INPUT_HELP = "A file of lines, a tree (.flt), or a scene: scene:NAME, scene:NAME:SEGMENTS or scene:NAME:SEGMENTS:SEED."
+ASKED_HELP = f"{INPUT_HELP[:-1]}; or the folder of a forest."
 
 
 def finite(value: float | None) -> float | None:
@@ -31,6 +32,7 @@ def _above_0(value: float | None) -> float | None:
 
 
 Input = Annotated[str, typer.Argument(metavar="INPUT", help=INPUT_HELP)]
+AskedInput = Annotated[str, typer.Argument(metavar="INPUT", help=ASKED_HELP)]
 OptionalInput = Annotated[str | None, typer.Argument(metavar="INPUT", help=INPUT_HELP, show_default=False)]
 TreeFile = Annotated[str, typer.Argument(metavar="TREE", help="A tree file (.flt).")]
 Method = Annotated[
@@ -85,6 +87,17 @@ def _own_radius(otherwise: str) -> Any:
 
 OwnRadius = Annotated[bool, _own_radius("--radius replaces it")]
 OwnSurface = Annotated[bool, _own_radius("distances are to the axes")]
+Memory = Annotated[
+    str | None,
+    Option(metavar="SIZE", help="How much memory to use for a forest, such as 4GB; by default half of what is free."),
+]
+Scheduler = Annotated[
+    str | None,
+    Option(
+        metavar="ADDRESS",
+        help="Ask a forest on the workers of this Dask scheduler, or of one on this machine: local.",
+    ),
+]
 Json = Annotated[bool, Option("--json", help="Print JSON.")]
 Skip = Annotated[bool, Option("--skip-invalid", help="Leave out segments that hold NaN or Inf.")]
 FormatName = Annotated[

@@ -13,10 +13,10 @@ from typer import Option
 from ..support.texts import counted
 from .options import (
     INPUT_HELP,
+    AskedInput,
     Distance,
     FormatName,
     FormatOptions,
-    Input,
     Json,
     OwnSurface,
     Skip,
@@ -30,7 +30,7 @@ MAX_BYTES = 64 << 20
 
 
 def pairs(
-    source: Input,
+    source: AskedInput,
     radius: Distance,
     other: Annotated[
         str | None,
@@ -72,9 +72,8 @@ def pairs(
 
     [cyan]fastlines pairs cables.vtp --radius 0.5 --skip-strand[/]
     """
-    from ..builder import build
     from .answer_columns import columns_of_pairs, no_pairs
-    from .files import open_beside, open_input, show_progress
+    from .files import open_beside, open_input, show_progress, tree_of
     from .tables import check_table, table_writer
 
     check_table(output, (source, other))
@@ -84,11 +83,9 @@ def pairs(
         given = {f"--{name.replace('_', '-')}": value for name, value in skips.items()}
         refuse_given(given, "pairs with --other have no neighbours")
     options |= {name: value for name, value in skips.items() if value is not None}
-    opened = open_input(source, skip_invalid, format, option, own_radius)
+    opened = open_input(source, skip_invalid, format, option, own_radius, forests=True)
     both = [opened] if other is None else [opened, open_beside(opened, other, skip_invalid, own_radius)]
-    trees = [of.tree or build(of.geometry, progress=show_progress()) for of in both]
-    for tree in trees:
-        tree.layout  # noqa: B018  (so that only the query is timed)
+    trees = [tree_of(of) for of in both]
 
     # Write the pairs of each part before the next ones are found.
     start, n_pairs = time.perf_counter(), 0

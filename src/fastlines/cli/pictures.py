@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from ..errors import InputError
+from ..forest.forest import Forest
 from ..rendering import (
     PictureOptions,
     PicturePlan,
@@ -21,7 +22,7 @@ from ..rendering.sequences import swept, turned
 from ..rendering.suitable_radius import small
 from ..settings.methods import method_settings
 from ..support.texts import counted
-from .files import check_output, flattened, open_lines, show_progress
+from .files import check_output, flattened, open_lines, placed, show_progress
 from .hint import hint_at_radius
 from .options import refuse_given
 from .resume import add_samples, check_resume, keep_state, without_interrupts
@@ -46,6 +47,8 @@ class Order(PictureOptions):
     format: str | None
     option: list[str] | None
     own_radius: bool
+    memory: str | None
+    scheduler: str | None
 
     def __post_init__(self) -> None:
         """Check the options as far as that can be done without the lines."""
@@ -77,14 +80,17 @@ class Order(PictureOptions):
 def draw(order: Order) -> str:
     """Write the pictures of an order; return what was written, in words."""
     reading = order.skip_invalid, order.format, order.option, order.own_radius
-    opened = flattened(open_lines(order.source, *reading))
+    opened = flattened(open_lines(order.source, *reading, forests=True))
+    if isinstance(opened.tree, Forest):
+        refuse_given({"--levels": order.levels or None}, f"{order.source} is a forest, which has no levels of its own")
     if opened.tree is not None:
         refuse_given({"--method": order.method}, f"{order.source} is a tree already; 'fastlines build' makes another")
-    lines = opened.tree or opened.geometry
-    plan = plan_picture(lines, order, radii=order.radii, method=order.method, progress=show_progress())
-    if order.levels:
-        return write_levels(order, plan)
-    return write_many(order, plan) if order.many else write_one(order, plan)
+    with placed(opened, order.memory, order.scheduler) as asked:
+        lines = asked.tree or asked.geometry
+        plan = plan_picture(lines, order, radii=order.radii, method=order.method, progress=show_progress())
+        if order.levels:
+            return write_levels(order, plan)
+        return write_many(order, plan) if order.many else write_one(order, plan)
 
 
 def write_levels(order: Order, plan: PicturePlan) -> str:

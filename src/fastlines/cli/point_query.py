@@ -12,11 +12,10 @@ import numpy as np
 import numpy.typing as npt
 import typer
 
-from ..builder import build
 from ..support.texts import counted
 from .answer_columns import check_samples, columns_of_points
 from .array_files import numbers
-from .files import open_input, show_progress
+from .files import open_input, show_progress, tree_of
 from .point_files import point_of, read_points
 from .tables import check_table, header, rows_of_text, table_writer
 
@@ -55,11 +54,10 @@ class PointQuery:
             "progress": show_progress(),
         }
         points = read_points(self.points)
-        opened = open_input(self.source, *opening)
+        opened = open_input(self.source, *opening, forests=True)
         samples = list(self.samples or ())
         check_samples(opened.geometry, samples)
-        tree = opened.tree or build(opened.geometry, progress=show_progress())
-        tree.layout  # noqa: B018  (so that only the query is timed)
+        tree = tree_of(opened)
         start = time.perf_counter()
         answer = getattr(tree, method)(points, **settings, **options)
         seconds = time.perf_counter() - start

@@ -15,14 +15,16 @@ from ..query.ray_arguments import RayOptions
 from ..support.texts import counted
 from .array_files import numbers
 from .options import (
+    AskedInput,
     Direction,
     FormatName,
     FormatOptions,
     Fov,
-    Input,
     Json,
+    Memory,
     OwnRadius,
     Radius,
+    Scheduler,
     Skip,
     Up,
     finite,
@@ -47,7 +49,7 @@ ONLY = {
 
 
 def query(
-    source: Input,
+    source: AskedInput,
     rays: Annotated[
         str | None,
         typer.Argument(
@@ -100,6 +102,8 @@ def query(
     skip_invalid: Skip = False,
     format: FormatName = None,
     option: FormatOptions = None,
+    memory: Memory = None,
+    scheduler: Scheduler = None,
     as_json: Json = False,
 ) -> None:
     r"""Find what rays hit, with any radius, and write the answer as arrays.
@@ -125,12 +129,13 @@ def query(
     [cyan]fastlines query neuron.swc rays.npy --kind all --at surface --merge strand -o hits.npz[/]
 
     [cyan]fastlines query hair.flt --camera 640x480 --radius 0.001 --kind count[/]
+
+    [cyan]fastlines query cohort.forest rays.npy --radius 0.1 --scheduler local -o hits.npz[/]
     """
-    from ..builder import build
     from ..query.rays import require_radius
     from ..rendering import ViewOptions
     from ..rendering.shading.depth import check_size
-    from .files import check_output, open_input, show_progress, write_npz
+    from .files import check_output, open_input, placed, show_progress, tree_of, write_npz
     from .hint import hint_at_radius
 
     check_output(output, ".npz", inputs=(source, rays))
@@ -159,7 +164,7 @@ def query(
         "progress": show_progress(),
     }
 
-    opened = open_input(source, skip_invalid, format, option, own_radius)
+    opened = open_input(source, skip_invalid, format, option, own_radius, forests=True)
     seen = None if ray_options["parts"] is None else opened.geometry.check_parts(ray_options["parts"])
     require_radius(opened.geometry, radius, spread or 0.0, seen)
     radius = radius or 0.0
@@ -170,18 +175,18 @@ def query(
         origins, directions = view.camera(opened.geometry, width / height).rays(width, height)
     else:
         origins, directions = read_rays(str(rays))
-    tree = opened.tree or build(opened.geometry, progress=show_progress())
-    tree.layout  # noqa: B018  (so that only the query is timed)
     given = {name: value for name, value in (only | {"k": nearest}).items() if value is not None}
-    start = time.perf_counter()
-    answer = getattr(tree, KINDS[kind])(origins, directions, radius, **given, **ray_options)
-    seconds = time.perf_counter() - start
+    with placed(opened, memory, scheduler) as asked:
+        tree = tree_of(asked)
+        start = time.perf_counter()
+        answer = getattr(tree, KINDS[kind])(origins, directions, radius, **given, **ray_options)
+        seconds = time.perf_counter() - start
 
-    # Write the arrays, and report counts and time.
-    if output is not None:
-        write_npz(output, **_arrays(kind, answer, tree.geometry))
-    if not (spread or ignore or ignore_strands):
-        hint_at_radius(tree, origins, directions, radius, seen, t_min=t_min, t_max=t_max)
+        # Write the arrays, and report counts and time.
+        if output is not None:
+            write_npz(output, **_arrays(kind, answer, tree.geometry))
+        if not (spread or ignore or ignore_strands):
+            hint_at_radius(tree, origins, directions, radius, seen, t_min=t_min, t_max=t_max)
     n_rays, n_found = len(directions), _count(kind, answer)
     if as_json:
         what = "n_hits" if kind in (*LISTS, "count") else "n_rays_that_hit"

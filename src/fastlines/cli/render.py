@@ -8,15 +8,17 @@ import typer
 from typer import Option
 
 from .options import (
+    AskedInput,
     Direction,
     Focus,
     FormatName,
     FormatOptions,
     Fov,
-    Input,
     Lens,
+    Memory,
     OwnRadius,
     PictureRadius,
+    Scheduler,
     Skip,
     Up,
     vector,
@@ -28,7 +30,7 @@ WITHOUT_SIZE = f"If neither is given, there are about {SIZE}² pixels, in an asp
 
 
 def render(
-    source: Input,
+    source: AskedInput,
     output: Annotated[
         str,
         Option(
@@ -106,6 +108,8 @@ def render(
     skip_invalid: Skip = False,
     format: FormatName = None,
     option: FormatOptions = None,
+    memory: Memory = None,
+    scheduler: Scheduler = None,
 ) -> None:
     """Render a picture of lines. For a file of lines or a scene, build a tree first.
 
@@ -178,5 +182,7 @@ def render(
         format=format,
         option=option,
         own_radius=own_radius,
+        memory=memory,
+        scheduler=scheduler,
     )
     typer.echo(draw(order))

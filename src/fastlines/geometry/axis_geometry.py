@@ -315,10 +315,13 @@ class AxisGeometry(AnyGeometry):
         """Both ends of each segment or curve, (n, 2, 3)."""
         return self.control_points[:, :: self.control_points.shape[1] - 1]
 
-    @property
-    def first_directions(self) -> FloatArray:
-        """The direction at the start of each segment or curve, of any length, (n, 3)."""
-        return self.control_points[:, 1] - self.control_points[:, 0]
+    def ends_of(self, prim: IntArray) -> FloatArray:
+        """Return both ends of some segments or curves, (m, 2, 3)."""
+        return self.ends[prim]
+
+    def first_directions_of(self, prim: IntArray) -> FloatArray:
+        """Return the direction at the start of some segments or curves, of any length, (m, 3)."""
+        return self.control_points[prim, 1] - self.control_points[prim, 0]
 
     def begins(self) -> npt.NDArray[np.bool_]:
         """See `AnyGeometry`."""

@@ -72,7 +72,7 @@ def level_sheet(
     nodes = tree.levels()
     wanted = range(levels) if isinstance(levels, int) else levels
     shown = [level for level in wanted if level < len(nodes)]
-    camera = Camera.framing(tree.nodes["box"][0], camera.axes()[2], camera.up, camera.fov_degrees)
+    camera = Camera.framing(tree.box, camera.axes()[2], camera.up, camera.fov_degrees)
     radius, drawn = check_radius(tree, radius), (behind or tree).without_offset()
     square: dict[str, Any] = {"width": panel, "height": panel}
     lines = grey(render(drawn, camera, look="depth", radius=radius, samples=SAMPLES, progress=progress, **square))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -16,6 +16,7 @@ from ..geometry.any_geometry import AnyGeometry
 from ..geometry.collection import as_geometry
 from ..geometry.offsets import NO_OFFSET, Offset
 from ..progress import ProgressOption
+from ..query.ray_queries import RayQueries
 from ..query.rays import warn_of_radius
 from ..tree import Tree
 from .color.palette import check_map
@@ -154,7 +155,7 @@ def plan_picture(
 
     Parameters
     ----------
-    lines : Tree, or what `build` takes
+    lines : Tree, Forest, or what `build` takes
     options : PictureOptions
     radii : sequence of numbers
         Those of a sweep, of which the plan has the first.
@@ -168,16 +169,17 @@ def plan_picture(
     >>> plan.height, plan.radius, type(plan.look).__name__
     (32, 0.002, 'Solid')
     """
-    geometry = lines.geometry if isinstance(lines, Tree) else as_geometry(lines)
+    tree = cast(Tree, lines) if isinstance(lines, RayQueries) else None  # a forest answers as a tree does
+    geometry = as_geometry(lines) if tree is None else tree.geometry
     offset = geometry.offset
     if offset != NO_OFFSET:
         geometry = geometry.without_offset()
-        lines = lines.without_offset() if isinstance(lines, Tree) else geometry
+        tree = None if tree is None else tree.without_offset()
         if isinstance(options.camera, Camera):
             options = replace(options, camera=moved(options.camera, np.negative(offset)))
     look, legend = _look(options, geometry)
     camera, width, height = choose_camera(options, geometry)
-    tree = lines if isinstance(lines, Tree) else build(geometry, method, progress=progress)
+    tree = tree or build(geometry, method, progress=progress)
     radius = radii[0] if len(radii) else options.radius
     is_suitable = radius is None and geometry.is_bare
     if is_suitable:

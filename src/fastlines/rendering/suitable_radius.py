@@ -50,7 +50,7 @@ def suitable_radius(tree: Tree, camera: Camera) -> float:
     >>> suitable_radius(fl.build(line), fl.Camera.framing(line))
     0.002
     """
-    low, high = tree.nodes["box"][0].astype(np.float64)
+    low, high = tree.box.astype(np.float64)
     if is_point(low, high):
         return round_number(DOT * pixel_size(tree.geometry, camera, 1))
     extent = high - low
@@ -89,13 +89,13 @@ def some_rays(tree: Tree, origins: npt.ArrayLike, directions: npt.ArrayLike, **b
     # Spread the tried rays evenly, also over the rows and columns of a picture, by multiples of the golden ratio.
     tried = distinct((np.arange(TRIED) * ((5**0.5 - 1) / 2) % 1 * len(origins)).astype(np.int64))
     origins, directions = origins[tried], directions[tried]
-    crossing = cross(tree.nodes["box"][0], origins - np.array(tree.geometry.offset), directions, **bounds)
+    crossing = cross(tree.box, origins - np.array(tree.geometry.offset), directions, **bounds)
     return (origins[crossing], directions[crossing]) if crossing.sum() >= LEAST else None
 
 
 def least_radius(tree: Tree, rays: Any, radius: float, **asked: Any) -> tuple[float | None, float]:
     """Return the least round radius above a given one with which enough of the rays hit, and which share does."""
-    size = float(np.ptp(tree.nodes["box"][0], axis=0).max())
+    size = float(np.ptp(tree.box, axis=0).max())
     for larger in round_numbers(max(radius, 1e-6 * size), size):
         suits = float(tree.any_hit(rays[0], rays[1], larger, **asked).mean())
         if suits >= MANY:

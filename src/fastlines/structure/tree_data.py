@@ -130,6 +130,11 @@ class TreeData(Shown, Immutable):
         return len(self.geometry.build_data()[1])
 
     @property
+    def box(self) -> npt.NDArray[np.float32]:
+        """The box of the root, (2, 3): its lowest and its highest corner."""
+        return np.asarray(self.nodes["box"][0])
+
+    @property
     def n_nodes(self) -> int:
         """The number of nodes, inner nodes and leaves."""
         return len(self.nodes)

@@ -68,7 +68,7 @@ def draw_sketch(
         return None
     seen = Geometry(parts)
     beyond = (seen if tree is None else tree.geometry).radius_beyond
-    framed = seen if tree is None else tree.nodes["box"][0] + [[-beyond], [beyond]]
+    framed = seen if tree is None else np.add(tree.box, [[-beyond], [beyond]])
     camera = Camera.framing(framed, *default_view(seen), aspect=width / height)
     large = width * SMOOTH, height * SMOOTH
     image = Image.new("RGB", large, BACKGROUND)

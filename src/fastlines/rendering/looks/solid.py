@@ -90,7 +90,7 @@ class Solid:
     def _hazed(self, light: FloatArray, fragments: Fragments, context: ShadingContext) -> FloatArray:
         if not self.haze:
             return light
-        box = context.tree.nodes["box"][0].astype(np.float64)
+        box = context.tree.box.astype(np.float64)
         middle = float(np.sqrt(((box.mean(axis=0) - context.camera.origin) ** 2).sum()))
         place = np.clip((fragments.hits.t - middle) / max(context.size, 1e-30) + 0.5, 0, 1)
         fade = np.asarray(self.haze * place, np.float32)[:, None]

@@ -12,19 +12,18 @@ Thicker lines, and all other shapes, are hit by rays at their surface, and cover
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import numpy.typing as npt
 
 from ...arrays import FloatArray, IntArray
-from ...geometry.any_geometry import AnyGeometry
-from ...geometry.axis_geometry import AxisGeometry
 from ...query.hit_lists import offsets_of
 from ...query.hits import AllHits, FirstHits
 from ...support.computed_once import computed_once
 from ...support.vectors import dot
 from ...tree import Tree
+from .following import AxisEnds, Following
 
 #: The radius of the spot around a ray, in pixels.
 SPOT = 0.75
@@ -95,7 +94,7 @@ class Cones:
         self.tree, self.radius = tree, radius
         self.spread = 2 * SPOT * spread
         self.k = int(np.clip(np.ceil(6 / max(opacity, 1e-3)), 8, MAX_FRAGMENTS))
-        self._edges, self._goes_on = _following(tree.geometry)
+        self._following = Following(cast(AxisEnds, tree.geometry))
 
     def find(self, origins: FloatArray, directions: FloatArray, offsets: FloatArray | float) -> Fragments:
         """Return the fragments that rays with unit directions see; offsets in [0, 1) choose among faint ones."""
@@ -121,17 +120,18 @@ class Cones:
 
     def _kept(self, hits: AllHits, directions: FloatArray) -> npt.NDArray[np.bool_]:
         """Return the hits where a strand comes nearest: not at the end of a segment that leads on to a nearer point."""
-        prim, u = hits.prim, hits.u
-        kept = ~((u <= 0) & self._goes_on[prim])
-        ends = np.flatnonzero((u >= 1) & self._goes_on[np.minimum(prim + 1, len(self._goes_on) - 1)])
-        ends = ends[prim[ends] + 1 < len(self._goes_on)]
+        prim, u, following = hits.prim, hits.u, self._following
+        kept = np.ones(len(prim), np.bool_)
+        starts, ends = np.flatnonzero(u <= 0), np.flatnonzero(u >= 1)
+        kept[starts] = ~following.continues(prim[starts])
+        ends = ends[following.continues(prim[ends] + 1)]
         # The vector from the ray to the end of the segment, against the direction in which the strand goes on.
         rays = hits.rays
         assert rays is not None
-        point = self._edges[prim[ends], 1] - rays.origins[hits.ray[ends]]
+        point = following.lines.ends_of(prim[ends])[:, 1] - rays.origins[hits.ray[ends]]
         along = directions[ends]
         away = point - dot(point, along)[:, None] * along
-        onward = self._edges[prim[ends] + 1, 2].astype(np.float64)  # else huge products overflow
+        onward = following.lines.first_directions_of(prim[ends] + 1).astype(np.float64)  # else huge products overflow
         kept[ends[dot(away, onward) < 0]] = False
         return kept
 
@@ -160,15 +160,6 @@ def some_hits(hits: AllHits | FirstHits, rows: IntArray, ray: IntArray) -> AllHi
     columns = hits.t[rows], hits.prim[rows], hits.u[rows], hits.distance[rows]
     t_out = None if hits.t_out is None else hits.t_out[rows]
     return AllHits(offsets, *columns, t_out, hits.skipped, hits.geometry, hits.rays, part)
-
-
-def _following(geometry: AnyGeometry) -> tuple[FloatArray, npt.NDArray[np.bool_]]:
-    """Return start, end and direction at the start of each line, (n, 3, 3), and whether the one before leads to it."""
-    assert isinstance(geometry, AxisGeometry)
-    ends, onward = geometry.ends, geometry.first_directions
-    goes_on = np.zeros(len(ends), bool)
-    goes_on[1:] = (ends[1:, 0] == ends[:-1, 1]).all(axis=1)
-    return np.concatenate([ends, onward[:, None]], axis=1), goes_on
 
 
 def _share(distance: npt.NDArray[Any], width: npt.NDArray[Any] | Any, spot: npt.NDArray[Any]) -> npt.NDArray[Any]:

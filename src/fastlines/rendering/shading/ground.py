@@ -23,7 +23,7 @@ class Ground:
 
     def __init__(self, context: ShadingContext) -> None:
         self.context = context
-        box = context.tree.nodes["box"][0].astype(np.float64)
+        box = context.tree.box.astype(np.float64)
         self.middle = box.mean(axis=0)
         lowest = float((self.middle - np.abs(context.up) * (box[1] - box[0]) / 2) @ context.up)
         self.height = lowest - context.radius - context.tree.geometry.max_radius

@@ -60,7 +60,7 @@ class ShadingContext:
     @computed_once
     def extent(self) -> float:
         """The size and the largest coordinate together: rounding errors are fractions of it."""
-        return self.size + float(np.abs(self.tree.nodes["box"][0]).max())
+        return self.size + float(np.abs(self.tree.box).max())
 
     @computed_once
     def up(self) -> FloatArray:
