@@ -1,0 +1,41 @@
+"""What a part of the benchmark has found: a table, notes, and what was wanted."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass, field
+from typing import Any
+
+from ..harness.findings import Check
+
+
+@dataclass(frozen=True)
+class Figures:
+    """A table of figures, one row a measurement.
+
+    Attributes
+    ----------
+    name, title : str
+        The name of the part, and the heading of its table.
+    heads : tuple of str
+        The names of the columns.
+    rows : list of tuple
+        Texts and numbers.
+    notes : list of str
+        Sentences below the table.
+    checks : list of Check
+        What was wanted.
+    points : list of dict
+        What a plot draws.
+    """
+
+    name: str
+    title: str
+    heads: tuple[str, ...]
+    rows: list[tuple[Any, ...]]
+    notes: list[str] = field(default_factory=list)
+    checks: list[Check] = field(default_factory=list)
+    points: list[dict[str, Any]] = field(default_factory=list)
+
+    def to_json(self) -> dict[str, Any]:
+        """Return all figures, ready for JSON."""
+        return {**asdict(self), "checks": [check.to_json() for check in self.checks]}
