@@ -160,3 +160,35 @@ def test_damaged_files(tmp_path: Path, name: str) -> None:
         path.write_bytes(damaged[: rng.integers(len(data))] if rng.random() < 0.2 else damaged)
         check_either(path, 2)
         check_either(path, 2, invalid="skip")
+
+
+@pytest.mark.parametrize("dtype", ["<f4", ">f4", "<f8", "<f2", "<i8", "u1", "?"])
+@pytest.mark.parametrize("shape", [(30, 2, 3), (30, 6), (0, 6)])
+@pytest.mark.parametrize("options", [{}, {"offset": "auto"}, {"offset": [1000, 0.5, 2]}])
+def test_npy(tmp_path: Path, dtype: str, shape: tuple[int, ...], options: dict[str, object]) -> None:
+    values = np.random.default_rng(0).integers(0, 100, shape).astype(dtype)
+    np.save(tmp_path / "a.npy", values)
+    assert len(check_chunks(tmp_path / "a.npy", 7, **options)) == (5 if len(values) else 1)
+    np.save(tmp_path / "b.npy", np.asfortranarray(values))
+    check_chunks(tmp_path / "b.npy", 7, **options)
+    (tmp_path / "c.npy.gz").write_bytes(gzip.compress((tmp_path / "a.npy").read_bytes()))
+    check_chunks(tmp_path / "c.npy.gz", 7, **options)
+
+
+@pytest.mark.parametrize("place", [4e6, 4e7])
+def test_rounding_is_that_of_the_whole_file(tmp_path: Path, place: float) -> None:
+    points = np.random.default_rng(0).random((400, 2, 3)) * [1, 10, 100] + [0, place, 0]
+    points[5, 0, 0], points[100:200] = np.nan, 1e31
+    np.save(tmp_path / "a.npy", points)
+    assert len(check_chunks(tmp_path / "a.npy", 50, invalid="skip")) == 8
+    check_chunks(tmp_path / "a.npy", 50, invalid="skip", offset="auto")
+
+
+def test_the_error_of_a_chunk_counts_rows_of_the_file(tmp_path: Path) -> None:
+    segments = np.zeros((10, 2, 3))
+    segments[[5, 9]] = np.inf
+    np.save(tmp_path / "a.npy", segments)
+    chunks = fl.read_chunks(tmp_path / "a.npy", 4)
+    assert len(next(chunks)) == 4
+    with pytest.raises(fl.InputError, match=r"a\.npy: 1 of the first 8 segments hold NaN.*\(row 5\); fix them"):
+        next(chunks)

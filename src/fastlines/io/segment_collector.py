@@ -145,9 +145,7 @@ class _Chunk:
         start, stop = self._n_segments, self._n_segments + int(_n_segments(sizes).sum())
         if stop > (n_rows := len(self._segments)):
             self._resize(max(stop, n_rows + n_rows // 2))
-        if self._offset != NO_OFFSET:
-            points = points - np.array(self._offset)
-        self._segments[start:stop] = neighbours(self._rounding.to_float32(points), sizes)
+        self._segments[start:stop] = neighbours(self._rounding.to_float32(points, self._offset), sizes)
         for name, array in strands.values.items():
             self._values[name][start:stop] = neighbours(array, sizes)
         for name, array in strands.per_strand.items():
@@ -185,7 +183,7 @@ def offset_for(source: Source, parts: Iterable[npt.NDArray[np.floating]]) -> Off
         return wanted
     low, high = np.full(3, np.inf), np.full(3, -np.inf)
     for points in parts:
-        usable = points[(np.abs(points) <= COORDINATE_LIMIT).all(axis=1)]
+        usable = points[(np.abs(points) <= COORDINATE_LIMIT).all(axis=1)].astype(np.float64)
         low, high = (
             np.minimum(low, usable.min(axis=0, initial=np.inf)),
             np.maximum(high, usable.max(axis=0, initial=-np.inf)),
