@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from operator import methodcaller as call
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -26,36 +27,33 @@ def questions(subject: Subject, lines: fl.Lines, n_rays: int) -> Iterator[tuple[
     """Yield the name and the call of every query."""
     size, n_few = subject.diagonal, max(64, n_rays // 16)
     rays = rays_through(lines.bounds, n_rays, 5)
-    o, d = rays.origins, rays.directions
+    all_rays, few_rays = ((array[:n] for array in (rays.origins, rays.directions)) for n in (n_rays, n_few))
+    many, few = tuple(all_rays), tuple(few_rays)
     rng = np.random.default_rng([6, 33])
     low, high = lines.bounds.astype(np.float64)
     points = low + rng.random((n_rays, 3)) * (high - low)
     for letter, radius in subject.by_letter.items():
-        yield f"first_hit, {letter}", lambda of, r=radius: of.first_hit(o, d, r)
-        yield f"first_hit at the surface, {letter}", lambda of, r=radius: of.first_hit(o, d, r, at="surface")
-        yield f"any_hit, {letter}", lambda of, r=radius: of.any_hit(o, d, r)
-        yield f"count_hits, {letter}", lambda of, r=radius: of.count_hits(o, d, r)
-        yield f"all_hits, {letter}", lambda of, r=radius: of.all_hits(o[:n_few], d[:n_few], r)
-        yield (
-            f"all_hits merged by strand, {letter}",
-            lambda of, r=radius: of.all_hits(o[:n_few], d[:n_few], r, at="surface", merge="strand"),
-        )
-        yield f"next_hits, {letter}", lambda of, r=radius: of.next_hits(o, d, r, k=3)
-        yield f"within, {letter}", lambda of, r=radius: of.within(points[:n_few], 4 * r)
-        yield f"count_within, {letter}", lambda of, r=radius: of.count_within(points, 4 * r)
+        yield f"first_hit, {letter}", call("first_hit", *many, radius)
+        yield f"first_hit at the surface, {letter}", call("first_hit", *many, radius, at="surface")
+        yield f"any_hit, {letter}", call("any_hit", *many, radius)
+        yield f"count_hits, {letter}", call("count_hits", *many, radius)
+        yield f"all_hits, {letter}", call("all_hits", *few, radius)
+        yield f"all_hits by strand, {letter}", call("all_hits", *few, radius, at="surface", merge="strand")
+        yield f"next_hits, {letter}", call("next_hits", *many, radius, k=3)
+        yield f"within, {letter}", call("within", points[:n_few], 4 * radius)
+        yield f"count_within, {letter}", call("count_within", points, 4 * radius)
     radius = subject.middle_radius
-    ends = {"t_min": np.float32(0.3 * size), "t_max": np.float32(1.2 * size)}
     ignored = rng.integers(0, len(lines), size=(n_few, 3))
-    yield "first_hit with a spread", lambda of: of.first_hit(o, d, radius, spread=0.001)
-    yield "all_hits with a spread", lambda of: of.all_hits(o[:n_few], d[:n_few], radius / 4, spread=0.0005)
-    yield "first_hit between bounds", lambda of: of.first_hit(o, d, radius, **ends)
-    yield "first_hit, primitives ignored", lambda of: of.first_hit(o[:n_few], d[:n_few], radius, ignore=ignored)
-    yield "next_hits by distance", lambda of: of.next_hits(o[:n_few], d[:n_few], radius, k=2, rank="distance")
-    yield "nearest", lambda of: of.nearest(points)
-    yield "nearest 5", lambda of: of.nearest(points[:n_few], k=5, max_distance=0.1 * size)
-    yield "pairs", lambda of: of.pairs(radius / 8, skip_neighbours=2)
-    yield "along", lambda of: of.along(points[:5], radius)
-    yield "in_box", lambda of: of.in_box(points[:n_few] - 0.01 * size, points[:n_few] + 0.01 * size)
+    yield "first_hit with a spread", call("first_hit", *many, radius, spread=0.001)
+    yield "all_hits with a spread", call("all_hits", *few, radius / 4, spread=0.0005)
+    yield "first_hit between bounds", call("first_hit", *many, radius, t_min=0.3 * size, t_max=1.2 * size)
+    yield "first_hit, primitives ignored", call("first_hit", *few, radius, ignore=ignored)
+    yield "next_hits by distance", call("next_hits", *few, radius, k=2, rank="distance")
+    yield "nearest", call("nearest", points)
+    yield "nearest 5", call("nearest", points[:n_few], k=5, max_distance=0.1 * size)
+    yield "pairs", call("pairs", radius / 8, skip_neighbours=2)
+    yield "along", call("along", points[:5], radius)
+    yield "in_box", call("in_box", points[:n_few] - 0.01 * size, points[:n_few] + 0.01 * size)
 
 
 def run_answers(

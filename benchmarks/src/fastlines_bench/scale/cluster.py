@@ -6,6 +6,7 @@ import os
 import time
 from collections.abc import Callable
 from contextlib import ExitStack
+from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -27,7 +28,7 @@ BLOCK = 1_000_000
 
 def run_cluster(n_segments: int, n_tiles: int, n_rays: int, rounds: int, progress: Any) -> Figures:
     """Time first hits of random rays: by one process, and by one and by two workers of one thread each."""
-    distributed = optional("distributed", "cluster")
+    distributed = optional("distributed", "Dask workers", "cluster")
     with TemporaryDirectory(prefix="fastlines-bench-") as temporary, ExitStack() as stack:
         folder = Path(temporary) / "forest"
         progress("cluster: building", 0.0)
@@ -42,7 +43,7 @@ def run_cluster(n_segments: int, n_tiles: int, n_rays: int, rounds: int, progres
         for n, client in clients.items():
             workers = f"{n} worker{'s' if n > 1 else ''}"
             on = forest.on(client)
-            sides[f"{workers}, NumPy arrays"] = (lambda on=on: on.first_hit(origins, directions, RADIUS), client)
+            sides[f"{workers}, NumPy arrays"] = (partial(on.first_hit, origins, directions, RADIUS), client)
             sides[f"{workers}, dask arrays"] = (_blocks(on, client, n_rays), client)
         expected = columns_of(forest.first_hit(origins, directions, RADIUS))
         times: dict[str, list[tuple[float, float, float]]] = {name: [] for name in sides}
@@ -129,7 +130,7 @@ def _in_process(forest: Any, n_threads: int, origins: Any, directions: Any) -> C
 
 def _blocks(forest: Any, client: Any, n_rays: int) -> Callable[[], Any]:
     """Return a call that makes rays in the workers, and returns how many of them hit."""
-    array: Any = optional("dask.array", "cluster")
+    array: Any = optional("dask.array", "Dask workers", "cluster")
     sizes = [min(BLOCK, n_rays - begin) for begin in range(0, n_rays, BLOCK)]
 
     def ask() -> Any:
@@ -142,7 +143,7 @@ def _blocks(forest: Any, client: Any, n_rays: int) -> Callable[[], Any]:
 
 
 def _rays_of(seed: int, n: int) -> Any:
-    dask: Any = optional("dask", "cluster")
+    dask: Any = optional("dask", "Dask workers", "cluster")
     return dask.delayed(lambda: np.stack(streamlines.rays(n, seed)))()
 
 

@@ -25,7 +25,7 @@ from .questions import RADIUS, columns_of, same
 
 def run_kills(n_segments: int, n_tiles: int, n_rays: int, n_kills: int, progress: Any) -> Figures:
     """Kill one of two workers at a random moment of a query, so often; and cut one off from the scheduler."""
-    distributed: Any = optional("distributed", "cluster")
+    distributed: Any = optional("distributed", "Dask workers", "cluster")
     rng = np.random.default_rng(35)
     counts = {"the same answer": 0, "one clear error": 0, "another answer": 0}
     with TemporaryDirectory(prefix="fastlines-bench-") as temporary:
@@ -50,7 +50,7 @@ def run_kills(n_segments: int, n_tiles: int, n_rays: int, n_kills: int, progress
                 counts[_verdict(on, rays, expected)] += 1
                 slowest = max(slowest, time.perf_counter() - begin)
                 timer.join()
-        rows = [("a worker is killed", n_kills, *counts.values(), alone, slowest)]
+        rows: list[tuple[Any, ...]] = [("a worker is killed", n_kills, *counts.values(), alone, slowest)]
         progress("kills: cut off", 0.95)
         rows += _cut_off(forest, rays, expected)
     heads = ("what", "times", *counts, "alone, s", "slowest, s")
@@ -81,8 +81,8 @@ def _cut_off(forest: Any, rays: Any, expected: Any) -> list[tuple[Any, ...]]:
 
     if not Namespace.is_possible():
         return []
-    distributed: Any = optional("distributed", "cluster")
-    dask: Any = optional("dask", "cluster")
+    distributed: Any = optional("distributed", "Dask workers", "cluster")
+    dask: Any = optional("dask", "Dask workers", "cluster")
     counts = {"the same answer": 0, "one clear error": 0, "another answer": 0}
     # By default a scheduler waits five minutes for a silent worker.
     patience = dask.config.set({"distributed.scheduler.worker-ttl": "10s", "distributed.comm.timeouts.tcp": "10s"})

@@ -34,7 +34,8 @@ def run_restarts(n_segments: int, n_tiles: int, n_kills: int, progress: Any) -> 
         _started(job, whole).wait()
         alone = time.perf_counter() - begin
         expected = _sums(whole)
-        moments, n_starts = [], 0
+        moments: list[float] = []
+        n_starts = 0
         begin = time.perf_counter()
         while len(moments) < n_kills:
             # A build that has come far ends before it is killed: begin anew, so that kills hit all stages.
