@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from .errors import MissingExtraError as MissingExtraError
     from .errors import PrecisionWarning as PrecisionWarning
     from .errors import QueryWarning as QueryWarning
+    from .forest.building.build_forest import build_forest as build_forest
     from .forest.forest import Forest as Forest
     from .geometry.boxes import Boxes as Boxes
     from .geometry.collection import Geometry as Geometry
@@ -43,6 +44,7 @@ if TYPE_CHECKING:
     from .geometry.user_primitives import Primitives as Primitives
     from .geometry.user_primitives import Rays as Rays
     from .io import read as read
+    from .io import read_chunks as read_chunks
     from .io import write as write
     from .pyvista_plugin.readers import to_polydata as to_polydata
     from .query.hits import AllHits as AllHits
@@ -102,6 +104,7 @@ _NAMES = {
         "PrecisionWarning",
         "QueryWarning",
     ),
+    "forest.building.build_forest": ("build_forest",),
     "forest.forest": ("Forest",),
     "geometry.boxes": ("Boxes",),
     "geometry.collection": ("Geometry",),
@@ -111,7 +114,7 @@ _NAMES = {
     "geometry.spheres": ("Spheres",),
     "geometry.triangles": ("Triangles",),
     "geometry.user_primitives": ("Primitives", "Rays"),
-    "io": ("read", "write"),
+    "io": ("read", "read_chunks", "write"),
     "pyvista_plugin.readers": ("to_polydata",),
     "query.hits": ("AllHits", "FirstHits"),
     "query.proximity.along": ("Along",),

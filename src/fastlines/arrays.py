@@ -101,7 +101,11 @@ def did_you_mean(word: object, known: Iterable[str]) -> str:
 
 def list_rows(bad: npt.NDArray[np.bool_], shown: int = 5) -> str:
     """Name the rows of a mask for an error message: ``rows 3, 17 and 4 more``."""
-    rows = np.flatnonzero(bad)
+    return name_rows(np.flatnonzero(bad), shown)
+
+
+def name_rows(rows: IntArray, shown: int = 5) -> str:
+    """Name rows as `list_rows` does."""
     text = ", ".join(str(row) for row in rows[:shown])
     more = f" and {len(rows) - shown} more" if len(rows) > shown else ""
     return f"{'row' if len(rows) == 1 else 'rows'} {text}{more}"
@@ -224,10 +228,12 @@ def unusable(array: FloatArray) -> npt.NDArray[np.bool_]:
 def refuse_rows(bad: npt.NDArray[np.bool_], name: str, advice: str = "") -> None:
     """Refuse rows that are `unusable`."""
     if bad.any():
-        raise InputError(
-            f"{int(bad.sum())} of {len(bad)} {name} hold NaN, Inf or a coordinate beyond {COORDINATE_LIMIT:g} "
-            f"({list_rows(bad)}){advice}"
-        )
+        raise InputError(f"{unusable_text(np.flatnonzero(bad), f'{len(bad)} {name}')}{advice}")
+
+
+def unusable_text(rows: IntArray, of: str) -> str:
+    """Say which rows are `unusable`, of so many."""
+    return f"{len(rows)} of {of} hold NaN, Inf or a coordinate beyond {COORDINATE_LIMIT:g} ({name_rows(rows)})"
 
 
 def is_text(values: AnyArray) -> bool:

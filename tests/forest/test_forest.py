@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import pickle
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +16,7 @@ from support.forests import strands, tiles_of
 import fastlines as fl
 from fastlines.forest.index import Index
 from fastlines.forest.tile_store import size_of
-from fastlines.forest.writing import write_forest
+from fastlines.forest.writing import write_forest, write_index
 
 
 @pytest.fixture
@@ -110,6 +111,17 @@ def test_verify_names_each_fault(forest: fl.Forest) -> None:
         forest.verify()
 
 
+def test_verify_compares_tiles_with_the_index(forest: fl.Forest, lines: fl.Lines) -> None:
+    tiles = tiles_of(lines, 3)
+    tiles[[0, 1]] = tiles[[1, 0]]
+    tiles[2] = (tiles[2] + 1) % 3
+    manifest = forest.manifest
+    index = write_index(forest.path, tiles.astype(np.uint32), lines.strands, lines[:0])
+    replace(manifest, index=index).write(forest.path)
+    with pytest.raises(fl.FileFormatError, match=r"flt does not hold the primitives that the index says; call"):
+        fl.Forest(forest.path).verify()
+
+
 def test_a_damaged_index(forest: fl.Forest) -> None:
     path = forest.path / "index.fli"
     data = path.read_bytes()
@@ -141,19 +153,6 @@ def test_tiles_close_within_the_memory(forest: fl.Forest) -> None:
     store.open(2)  # 1 was not asked for the longest time
     assert [store.is_open(number) for number in range(3)] == [True, False, True]
     assert store.open(0) is first
-
-
-def test_a_tree_file_is_a_forest_of_one_tile(tmp_path: Path, lines: fl.Lines) -> None:
-    tree = fl.build(lines)
-    tree.save(tmp_path / "hair.flt")
-    forest = fl.Forest(tmp_path / "hair.flt")
-    assert repr(forest).startswith("<Forest best: 300 segments in 1 tile, ")
-    rays = lines.segments[:, 0] + [0, 0, -3], [0, 0, 1]
-    assert forest.first_hit(*rays).t.tobytes() == tree.first_hit(*rays).t.tobytes()
-    assert forest.nearest(rays[0]).prim.tolist() == tree.nearest(rays[0]).prim.tolist()
-    forest.verify()
-    with pytest.raises(fl.InputError, match="is the file of one tree"):
-        forest.rebuild(0)
 
 
 def test_threads_open_a_tile_once(forest: fl.Forest, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -24,7 +24,7 @@ from ..support.computed_once import computed_once
 from ..support.texts import bytes_text, counted
 from .geometry import ForestGeometry
 from .index import Index
-from .manifest import Manifest
+from .manifest import ADVICE, Manifest
 from .tile_files import manifest_of_tree, next_name, write_tile
 from .tile_store import TileStore, read_tile
 
@@ -60,6 +60,15 @@ class Forest(RayQueries, ProximityQueries):
         If a tile takes more than `memory`.
     OSError
         If there is no such path, or it cannot be read.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> import fastlines as fl
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     fl.build([[[-1, -1, -1], [1, 1, 1]]]).save(f"{folder}/line.flt")
+    ...     Forest(f"{folder}/line.flt").first_hit([0, 0, -5], [0, 0, 1], 0.5).t
+    array(5., dtype=float32)
     """
 
     geometry: AnyGeometry
@@ -128,7 +137,7 @@ class Forest(RayQueries, ProximityQueries):
 
     @computed_once
     def _top(self) -> Any:
-        from .top_tree import TopTree  # type: ignore[import-not-found]
+        from .top_tree import TopTree
 
         return TopTree(self.manifest.boxes, self.manifest.max_radius, self.manifest.frame)
 
@@ -137,14 +146,14 @@ class Forest(RayQueries, ProximityQueries):
         choice("kernel", kernel, tuple(KERNELS))
         if is_on_device(given.origins):
             raise InputError("rays are in the memory of a GPU, and forests run on the CPU; pass NumPy arrays")
-        rays = check_query(self.geometry, self.manifest.bounds, given)
+        rays = check_query(self.geometry, self.manifest.frame, given)
         return Query(self._backend(kernel, rays), rays, self.geometry, given.progress)
 
     def _backend(self, kernel: str, rays: RayBatch) -> Backend:
         """Return what answers checked rays."""
         if self._is_file:
             return self._store.open(0).tree._backend(kernel, rays)
-        from .ray_backend import ForestRays  # type: ignore[import-not-found]
+        from .ray_backend import ForestRays
 
         backend: Backend = ForestRays(self._store, self._top, kernel)
         return IgnoringBackend(backend, self.geometry) if rays.ignored else backend
@@ -155,7 +164,7 @@ class Forest(RayQueries, ProximityQueries):
             return self._store.open(0).tree._point_query(given)
         from .point_backend import ForestPoints  # type: ignore[import-not-found]
 
-        points = check_points(self.geometry, self.manifest.bounds, given)
+        points = check_points(self.geometry, self.manifest.frame, given)
         return PointQuery(ForestPoints(self._store, self._top), points, self.geometry, given.progress)
 
     # --- Files ---
@@ -182,10 +191,16 @@ class Forest(RayQueries, ProximityQueries):
 
     def _verify(self, number: int) -> None:
         """Verify the file of a tile, or with -1 that of the index."""
-        if number >= 0:
-            read_tile(self._store.folder, number, self.manifest.tiles[number], True)
-        elif not self._is_file:
-            Index.read(self.path, self.n_prims, self.manifest.index, True)
+        if number < 0:
+            if not self._is_file:
+                Index.read(self.path, self.n_prims, self.manifest.index, True)
+            return
+        tile = read_tile(self._store.folder, number, self.manifest.tiles[number], True)
+        if isinstance(self.geometry, ForestGeometry) and not self.geometry.index.holds(number, tile.ids):
+            raise FileFormatError(
+                f"{self.path / self.manifest.tiles[number].file} does not hold the primitives that the index says; "
+                f"{ADVICE}"
+            )
 
     def rebuild(self, tile: int, method: str | None = None, **settings: Any) -> Forest:
         """Build the tree of a tile again, with other settings, and return the forest with it.

@@ -54,6 +54,14 @@ class Index:
     closed: IntArray
     sample: AnyGeometry
 
+    def holds(self, number: int, ids: IntArray | None) -> bool:
+        """Return whether a tile holds the primitives with these numbers, rising, and no others."""
+        if ids is None or (ids[1:] <= ids[:-1]).any():
+            return False
+        if len(ids) and not 0 <= ids[0] <= ids[-1] < len(self.tile_of):
+            return False
+        return bool((self.tile_of[ids] == number).all())
+
     def write(self, folder: str | os.PathLike[str]) -> str:
         """Write the file into a folder, whole or not at all; return its digest."""
         sections, facts, _ = to_sections(self.sample)
@@ -95,6 +103,7 @@ class Index:
         if container.digest_of(arrays) != digest:
             raise refuse("it is of another build than its manifest")
         try:
+            arrays = {name: np.asarray(array) for name, array in arrays.items()}  # memory maps index slowly
             tile_of, strands = arrays["tile_of"], arrays.get("strands")
             shapes = {tile_of.shape} | (set() if strands is None else {strands.shape})
             if shapes != {(n_prims,)} or tile_of.dtype != np.uint32 or arrays["closed"].shape[1:] != (2,):

@@ -25,7 +25,7 @@ FILE, BUILDING = "forest.json", ".building"
 FORMAT = "fastlines forest 1"
 
 #: What to do where files of a forest are not what they were.
-ADVICE = "call fl.build_forest with the same source again"
+ADVICE = "call fl.build_forest with the same source again, which repairs it"
 
 #: The errors that are raised where what JSON holds does not make a manifest.
 UNUSABLE = (KeyError, TypeError, ValueError, AttributeError, OverflowError, RecursionError)

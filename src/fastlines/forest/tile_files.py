@@ -10,7 +10,6 @@ import numpy as np
 
 from ..arrays import FloatArray, IntArray
 from ..builder import build
-from ..errors import InputError
 from ..geometry.any_geometry import AnyGeometry
 from ..structure import tree_file
 from ..support import container
@@ -69,9 +68,7 @@ def write_tile(
     file : str, optional
         The name of the file, if it is not ``tile_name(number)``.
     """
-    if len(lines) and ((lines.bounds[0] < frame[0]).any() or (lines.bounds[1] > frame[1]).any()):
-        raise InputError(f"the tile {number} has segments outside of the frame of its forest, {frame.tolist()}")
-    tree = build(lines, method, **settings)
+    tree = build(lines, method, frame=frame, **settings)
     more = {"ids": np.asarray(ids, np.int64)}
     if places is not None:
         more["places"] = np.asarray(places, np.int64)
@@ -95,7 +92,7 @@ def manifest_of_tree(path: Path, verify: bool | None = None) -> Manifest:
     set_verified(path)
     geometry = tree.geometry
     counts = len(geometry), geometry.n_strands
-    return Manifest(tree.nodes["box"][0], *counts, (tile_facts(tree, path),), "", tree.method, facts_of(geometry))
+    return Manifest(tree.frame_box, *counts, (tile_facts(tree, path),), "", tree.method, facts_of(geometry))
 
 
 def facts_of(lines: AnyGeometry) -> dict[str, Any]:

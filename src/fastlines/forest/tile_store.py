@@ -8,6 +8,8 @@ from collections import OrderedDict
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+
 from ..arrays import IntArray
 from ..errors import FileFormatError, InputError
 from ..query.memory_check import left_bytes
@@ -155,8 +157,8 @@ def read_tile(folder: Path, number: int, facts: TileFacts, verify: bool | None =
     except FileNotFoundError:
         raise refuse("it is missing") from None
     n = len(tree.geometry)
-    columns = more.get("ids"), more.get("places")
-    if n != facts.n_prims or any(column is not None and column.shape != (n,) for column in columns):
+    ids, places = (None if name not in more else np.asarray(more[name]) for name in ("ids", "places"))
+    if n != facts.n_prims or any(column is not None and column.shape != (n,) for column in (ids, places)):
         raise refuse(f"it does not hold {facts.n_prims} primitives with their numbers")
     set_verified(path)
-    return Tile(number, tree, *columns)
+    return Tile(number, tree, ids, places)

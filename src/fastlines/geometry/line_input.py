@@ -31,6 +31,12 @@ from .offsets import NO_OFFSET, check_offset
 
 Columns = Mapping[str, npt.NDArray[Any]]
 
+#: What to do about segments that hold NaN or Inf.
+FIX_INVALID = (
+    "; fix them, or leave them out: invalid='skip' where lines are read or a tree is built, --skip-invalid on the "
+    "command line"
+)
+
 
 class Converted(NamedTuple):
     """Segments that may still hold invalid rows, with the columns of `Lines`."""
@@ -127,8 +133,7 @@ def valid_segments(given: Converted, invalid: str) -> tuple[Converted, IntArray]
             )
         bad = bad | bad_radius
     if invalid == "error":
-        how = "invalid='skip' where lines are read or a tree is built, --skip-invalid on the command line"
-        refuse_rows(bad, "segments", f"; fix them, or leave them out: {how}")
+        refuse_rows(bad, "segments", FIX_INVALID)
     if bad.any():
         given = Converted(
             own(given.segments[~bad]),

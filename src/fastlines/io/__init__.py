@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from .chunks import read_chunks
 from .format import AnyLines, Format
 from .reading import format_of, read
 from .source import Source
@@ -16,6 +17,7 @@ __all__ = [
     "format_of",
     "known_formats",
     "read",
+    "read_chunks",
     "to_write",
     "write",
 ]

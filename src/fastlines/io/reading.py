@@ -18,13 +18,13 @@ from zipfile import BadZipFile
 
 import numpy as np
 
-from ..arrays import INVALID, choice, kind_of
+from ..arrays import INVALID, FloatArray, choice, kind_of
 from ..errors import FastlinesError, FileFormatError, FileWarning, InputError
 from ..geometry.any_geometry import AnyGeometry
 from ..geometry.collection import Geometry
 from ..geometry.curves import Curves
 from ..geometry.lines import Lines
-from ..geometry.offsets import NO_OFFSET, check_offset, with_offset
+from ..geometry.offsets import NO_OFFSET, Offset, check_offset, with_offset
 from ..progress import ProgressCallback, ProgressOption, reporting
 from ..support.warn_caller import warn_caller
 from . import table
@@ -101,21 +101,34 @@ def read(
     >>> len(read(path))
     2
     """
-    choice("invalid", invalid, INVALID)
-    path = table.path_of(path)
-    if format is not None and not isinstance(format, str):
-        raise InputError(f"format is {kind_of(format)}; expected the name of one, such as 'trk'")
-
-    wanted = None if offset is None else check_offset(offset)
-    check_path(path)
-    row = format_of(path, format)
-    row.check_options(str(path), options)
+    path, row, wanted = check_arguments(path, offset, invalid, format, options)
     with reporting(progress, "read") as callback, open_source(path, row, callback) as source:
         source.offset = wanted
-        lines = _parse(row, source, invalid, options)
+        lines = parse(row, source, invalid, options)
+    warn_of_oddities(source)
+    return lines
+
+
+def check_arguments(
+    path: str | os.PathLike[str], offset: Any, invalid: str, format: str | None, options: dict[str, Any]
+) -> tuple[Path, Format, Offset | str | None]:
+    """Check the arguments of `read`; return the path, the format and the offset."""
+    choice("invalid", invalid, INVALID)
+    found = table.path_of(path)
+    if format is not None and not isinstance(format, str):
+        raise InputError(f"format is {kind_of(format)}; expected the name of one, such as 'trk'")
+    wanted = None if offset is None else check_offset(offset)
+    check_path(found)
+    row = format_of(found, format)
+    row.check_options(str(found), options)
+    return found, row, wanted
+
+
+def warn_of_oddities(source: Source) -> None:
+    """Warn of the oddities that were found since the last call."""
     for oddity in source.oddities:
         warn_caller(oddity, FileWarning)
-    return lines
+    source.oddities.clear()
 
 
 def format_of(path: Path, name: str | None = None) -> Format:
@@ -143,10 +156,29 @@ def check_path(path: Path) -> None:
         raise InputError(f"{path}: is a device or a pipe; expected a regular file")
 
 
-def _parse(row: Format, source: Source, invalid: str, options: dict[str, Any]) -> AnyLines:
+def parse(row: Format, source: Source, invalid: str, options: dict[str, Any]) -> AnyLines:
+    """Return the lines of a file."""
+    with parsing(row, source):
+        lines: AnyLines = row.code.read(source, invalid, **options)
+    if not isinstance(lines, AnyGeometry):
+        raise FileFormatError(
+            f"{source.name}: the format {row.name!r} returned {kind_of(lines)}; expected Lines, Curves or a "
+            "Geometry of several"
+        )
+    if (oddity := thickness_oddity(lines)) is not None:
+        source.warn(oddity)
+    parts = [with_conventions(part, row) for part in lines.each_part()]
+    if row.module is not None and source.offset is not None:  # readers of others know of no offset
+        parts = [with_offset(part, source.offset) if part.offset == NO_OFFSET else part for part in parts]
+    return Geometry(parts) if lines.has_parts else parts[0]
+
+
+@contextmanager
+def parsing(row: Format, source: Source) -> Iterator[None]:
+    """Turn what a reader raises into errors about its file."""
     try:
         with np.errstate(all="ignore"):  # what is NaN or Inf in the end is reported with its row
-            lines: AnyLines = row.code.read(source, invalid, **options)
+            yield
     except Exception as error:
         if source.stopped is not None:
             raise source.stopped from None
@@ -156,22 +188,16 @@ def _parse(row: Format, source: Source, invalid: str, options: dict[str, Any]) -
             kind = type(error).__name__
             raise source.error(f"cannot be read as {row.name} ({kind}: {reason(error)}); {BAD_COPY}") from error
         raise
-    if not isinstance(lines, AnyGeometry):
-        raise FileFormatError(
-            f"{source.name}: the format {row.name!r} returned {kind_of(lines)}; expected Lines, Curves or a "
-            "Geometry of several"
-        )
-    if (oddity := thickness_oddity(lines)) is not None:
-        source.warn(oddity)
-    parts = [_with_conventions(part, row) for part in lines.each_part()]
-    if row.module is not None and source.offset is not None:  # readers of others know of no offset
-        parts = [with_offset(part, source.offset) if part.offset == NO_OFFSET else part for part in parts]
-    return Geometry(parts) if lines.has_parts else parts[0]
 
 
 def thickness_oddity(lines: AnyGeometry) -> str | None:
     """Say that lines are thicker than all of them are long; a single point may be a ball."""
-    radius, size = lines.max_radius, float(np.ptp(lines.bounds, axis=0).max()) if len(lines) else 0.0
+    return too_thick(lines.max_radius, lines.bounds) if len(lines) else None
+
+
+def too_thick(radius: float, bounds: FloatArray) -> str | None:
+    """Say that the largest radius is more than the size of a scene with these bounds."""
+    size = float(np.ptp(bounds, axis=0).max())
     if not radius > size > 0:
         return None
     return (
@@ -180,7 +206,7 @@ def thickness_oddity(lines: AnyGeometry) -> str | None:
     )
 
 
-def _with_conventions(part: Any, row: Format) -> Any:
+def with_conventions(part: Any, row: Format) -> Any:
     """Set the axis and the unit by the format's convention, where the file does not say."""
     known = {"up": row.up, "unit": row.unit}
     missing = {name: value for name, value in known.items() if value and getattr(part, name, None) is None}

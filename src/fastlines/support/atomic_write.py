@@ -32,8 +32,11 @@ _KINDS = {"p": "a pipe", "s": "a socket", "c": "a device", "b": "a device"}
 
 
 @contextmanager
-def atomic_write(path: str | os.PathLike[str]) -> Iterator[Path]:
+def atomic_write(path: str | os.PathLike[str], *, durable: bool = True) -> Iterator[Path]:
     """Return a new file beside the real one to write to; it replaces the real one once it is whole.
+
+    A file that is not durable may be damaged after a power failure, but not after the end of a process: it is not
+    waited for until it is on the disk.
 
     A symbolic link stays one: the file that it names is written. An existing file keeps its mode and, where the
     process may set them, its owner and group. Of several writers at a time the last to end wins.
@@ -54,14 +57,11 @@ def atomic_write(path: str | os.PathLike[str]) -> Iterator[Path]:
         yield partial
         if before is not None:
             _keep_owner_and_mode(partial, before)
-        _sync(lock)
+        if durable:
+            _sync(lock)
         partial.replace(target)
-        with contextlib.suppress(OSError):  # folders cannot be opened everywhere
-            folder = os.open(target.parent, os.O_RDONLY)
-            try:
-                _sync(folder)
-            finally:
-                os.close(folder)
+        if durable:
+            _sync_folder(target.parent)
     except Exception as error:
         # Name the path that was given, not the partial file.
         if isinstance(error, OSError) and error.errno and str(partial) in str(error.filename or partial):
@@ -150,6 +150,15 @@ def _keep_owner_and_mode(partial: Path, before: os.stat_result) -> None:
         except (OSError, AttributeError):
             mode &= 0o1777  # no setuid or setgid for another owner
     partial.chmod(mode)
+
+
+def _sync_folder(path: Path) -> None:
+    with contextlib.suppress(OSError):  # folders cannot be opened everywhere
+        folder = os.open(path, os.O_RDONLY)
+        try:
+            _sync(folder)
+        finally:
+            os.close(folder)
 
 
 def _sync(descriptor: int) -> None:

@@ -49,8 +49,17 @@ ADVICE = "build and save the tree again"
 BLOCK = 1 << 26
 
 
-def write(path: str | os.PathLike[str], arrays: Mapping[str, npt.NDArray[Any]], metadata: Mapping[str, str]) -> None:
-    """Write arrays (of the types in `DTYPES`), strings and checksums; the file appears whole or not at all."""
+def write(
+    path: str | os.PathLike[str],
+    arrays: Mapping[str, npt.NDArray[Any]],
+    metadata: Mapping[str, str],
+    *,
+    durable: bool = True,
+) -> None:
+    """Write arrays (of the types in `DTYPES`), strings and checksums; the file appears whole or not at all.
+
+    Whether it is `durable` is explained by `atomic_write`.
+    """
     arrays = {name: array for name, array in arrays.items() if name != CHECKSUMS}
     checksums = np.zeros(1 + len(arrays), "<u4")
     header: dict[str, Any] = {"__metadata__": dict(metadata)}
@@ -67,7 +76,7 @@ def write(path: str | os.PathLike[str], arrays: Mapping[str, npt.NDArray[Any]], 
             f"{path}: the names of its sections and its metadata take {len(text)} bytes, more than {MAX_HEADER}; "
             "shorten them"
         )
-    with atomic_write(path) as partial, partial.open("wb") as file:
+    with atomic_write(path, durable=durable) as partial, partial.open("wb") as file:
         for i, part in enumerate([len(text).to_bytes(8, "little") + text, *arrays.values()]):
             data = part if isinstance(part, bytes) else np.ascontiguousarray(part).data
             checksums[i] = checksum(data)

@@ -1,0 +1,1 @@
+"""Builds of forests: stages that each leave files, so that a second call goes on where the first ended."""

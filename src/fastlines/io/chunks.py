@@ -1,0 +1,109 @@
+"""Reads files of lines in chunks of whole strands."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from ..arrays import count
+from ..errors import InputError
+from ..geometry.lines import Lines
+from ..geometry.offsets import Offset
+from ..progress import ProgressOption, check_progress, reporting
+from .cut_lines import cut_lines
+from .format import AnyLines, Format
+from .reading import check_arguments, open_source, parse, warn_of_oddities
+from .source import Source
+
+
+def read_chunks(
+    path: str | os.PathLike[str],
+    max_segments: int = 1_000_000,
+    *,
+    offset: Any = None,
+    invalid: str = "error",
+    format: str | None = None,
+    progress: ProgressOption = False,
+    **options: Any,
+) -> Iterator[Lines]:
+    """Read a file of lines in chunks of whole strands.
+
+    The chunks together are the lines that `read` returns: the segments, radii and attributes of one chunk follow those
+    of the chunk before. The strands of a chunk count on: those of the next begin where the largest number of this one
+    ends, as its rows do. So strand s of a chunk is strand ``s + sum(chunk.strands.max() + 1 for the chunks before)`` of
+    the file, where chunks without strands count 0.
+
+    Files are read whole and cut.
+
+    Parameters
+    ----------
+    path : str or path-like
+        As of `read`.
+    max_segments : int
+        The most segments of a chunk. A longer strand is a chunk of its own.
+    offset : "auto" or three numbers, optional
+        As of `read`; all chunks have the same one.
+    invalid : {"error", "skip"}
+        As of `read`. ``skipped`` has rows of the chunk.
+    format, progress, **options
+        As of `read`.
+
+    Yields
+    ------
+    Lines
+        At least one, which may be empty. Each has the unit, the upward axis and the metadata of the file. Curves become
+        lines, as `Curves.as_lines` does it.
+
+    Raises
+    ------
+    FileNotFoundError, InputError, FileFormatError, MissingExtraError
+        As `read` does. What is wrong within a file is raised in place of the chunk that has it.
+
+    Warns
+    -----
+    FileWarning, PrecisionWarning
+        As `read` does, with the chunk that shows it, or with the last one.
+
+    Examples
+    --------
+    >>> import os, tempfile
+    >>> import numpy as np
+    >>> path = os.path.join(tempfile.mkdtemp(), "three.npy")
+    >>> np.save(path, [[[-1, 0, 0], [1, 0, 0]], [[0, -1, 0], [0, 1, 0]], [[0, 0, -1], [0, 0, 1]]])
+    >>> [len(chunk) for chunk in read_chunks(path, max_segments=2)]
+    [2, 1]
+    """
+    max_segments = count("max_segments", max_segments, 1)
+    check_progress(progress)
+    found, row, wanted = check_arguments(path, offset, invalid, format, options)
+    return _chunks(found, row, max_segments, wanted, invalid, progress, options)
+
+
+def _chunks(
+    path: Path,
+    row: Format,
+    max_segments: int,
+    offset: Offset | str | None,
+    invalid: str,
+    progress: ProgressOption,
+    options: dict[str, Any],
+) -> Iterator[Lines]:
+    with reporting(progress, "read") as callback, open_source(path, row, callback) as source:
+        source.offset = offset
+        lines = straight(source, parse(row, source, invalid, options))
+        warn_of_oddities(source)
+        yield from cut_lines(lines, max_segments)
+
+
+def straight(source: Source, lines: AnyLines) -> Lines:
+    """Return lines, or curves as lines; refuse a file of both."""
+    found: Any = lines.as_lines()
+    if found is None:
+        raise InputError(
+            f"{source.name}: holds lines and curves; read_chunks returns lines: read a part of the file, such as one "
+            "prim of USD by prim=, or all by fl.read"
+        )
+    made: Lines = found
+    return made
