@@ -120,7 +120,6 @@ def validate(
     boxes: str,
     pieces: bool,
 ) -> tuple[int, str, str] | None: ...
-def check_layout(layout: LayoutView) -> str | None: ...
 def cost(nodes: NDArray[numpy.uint32], c_trav: float, c_prim: float) -> float: ...
 
 class BinaryView:
@@ -344,6 +343,42 @@ def in_box(
     n_threads: int,
     progress: object | None,
 ) -> tuple[NDArray[numpy.int64], NDArray[numpy.int64]]: ...
+def merge_pairs(
+    lists: Sequence[
+        tuple[
+            NDArray[numpy.int64],
+            NDArray[numpy.int64],
+            NDArray[numpy.float32],
+            NDArray[numpy.float32],
+            NDArray[numpy.float32],
+        ]
+    ],
+    n_threads: int,
+    progress: object | None,
+) -> tuple[
+    NDArray[numpy.int64], NDArray[numpy.int64], NDArray[numpy.float32], NDArray[numpy.float32], NDArray[numpy.float32]
+]: ...
+def merge_lists(
+    n_points: int,
+    lists: Sequence[
+        tuple[
+            NDArray[numpy.int64],
+            NDArray[numpy.int64],
+            NDArray[numpy.int64],
+            NDArray[numpy.float32] | None,
+            NDArray[numpy.float32] | None,
+        ]
+    ],
+    has_distance: bool,
+    n_threads: int,
+    progress: object | None,
+) -> tuple[NDArray[numpy.int64], NDArray[numpy.int64], NDArray[numpy.float32], NDArray[numpy.float32]]: ...
+def merge_nearest(
+    best: tuple[NDArray[numpy.float32], NDArray[numpy.int64], NDArray[numpy.float32]],
+    k: int,
+    points: NDArray[numpy.int64],
+    found: tuple[NDArray[numpy.float32], NDArray[numpy.int64], NDArray[numpy.float32]],
+) -> None: ...
 
 class TopTree:
     def __init__(
@@ -582,39 +617,3 @@ class Visit:
             NDArray[numpy.float32] | None,
         ],
     ]: ...
-def merge_pairs(
-    lists: Sequence[
-        tuple[
-            NDArray[numpy.int64],
-            NDArray[numpy.int64],
-            NDArray[numpy.float32],
-            NDArray[numpy.float32],
-            NDArray[numpy.float32],
-        ]
-    ],
-    n_threads: int,
-    progress: object | None,
-) -> tuple[
-    NDArray[numpy.int64], NDArray[numpy.int64], NDArray[numpy.float32], NDArray[numpy.float32], NDArray[numpy.float32]
-]: ...
-def merge_lists(
-    n_points: int,
-    lists: Sequence[
-        tuple[
-            NDArray[numpy.int64],
-            NDArray[numpy.int64],
-            NDArray[numpy.int64],
-            NDArray[numpy.float32] | None,
-            NDArray[numpy.float32] | None,
-        ]
-    ],
-    has_distance: bool,
-    n_threads: int,
-    progress: object | None,
-) -> tuple[NDArray[numpy.int64], NDArray[numpy.int64], NDArray[numpy.float32], NDArray[numpy.float32]]: ...
-def merge_nearest(
-    best: tuple[NDArray[numpy.float32], NDArray[numpy.int64], NDArray[numpy.float32]],
-    k: int,
-    points: NDArray[numpy.int64],
-    found: tuple[NDArray[numpy.float32], NDArray[numpy.int64], NDArray[numpy.float32]],
-) -> None: ...
