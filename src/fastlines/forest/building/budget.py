@@ -58,7 +58,7 @@ class Budget:
     @property
     def n_rows(self) -> int:
         """The most segments of a chunk or a part."""
-        return max(LEAST, min(CHUNK, self._left // self._a_row))
+        return min(CHUNK, max(LEAST, self._left // self._a_row))
 
     @property
     def at_once(self) -> int:
