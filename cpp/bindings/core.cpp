@@ -19,4 +19,6 @@ NB_MODULE(_core, m) {
   bind_pairs(m);
   bind_in_box(m);
   bind_merges(m);
+  bind_top_tree(m);
+  bind_forest(m);
 }

@@ -11,5 +11,7 @@ void bind_binary_queries(nanobind::module_& m);
 void bind_pairs(nanobind::module_& m);
 void bind_in_box(nanobind::module_& m);
 void bind_merges(nanobind::module_& m);
+void bind_top_tree(nanobind::module_& m);
+void bind_forest(nanobind::module_& m);
 
 }  // namespace fastlines

@@ -12,14 +12,19 @@
 
 namespace fastlines {
 
-/// Origins, directions, radius, t_min, t_max, spread, limit.
-using RayArrays =
-    std::tuple<Input<float>, Input<float>, Input<float>, Input<float>, Input<float>, Input<float>, Input<float>>;
+/// Origins, directions, radius, t_min, t_max, spread, and limit, or None for no limit.
+using RayArrays = std::tuple<Input<float>, Input<float>, Input<float>, Input<float>, Input<float>, Input<float>,
+                             std::optional<Input<float>>>;
 
 inline RayBatch batch_of(const RayArrays& rays) {
   const auto& [origins, directions, radius, t_min, t_max, spread, limit] = rays;
-  return {rows<Vec3>(origins), rows<Vec3>(directions), rows<float>(radius), rows<float>(t_min),
-          rows<float>(t_max),  rows<float>(spread),    rows<float>(limit)};
+  return {rows<Vec3>(origins),
+          rows<Vec3>(directions),
+          rows<float>(radius),
+          rows<float>(t_min),
+          rows<float>(t_max),
+          rows<float>(spread),
+          limit ? rows<float>(*limit) : std::span<const float>(kNoLimit)};
 }
 
 /// Columns of hits: t, prim, u, distance, and t_out for hits at the surface.

@@ -4,6 +4,7 @@
 #include "build/builder.hpp"
 #include "build/refit.hpp"
 #include "build/reinsertion.hpp"
+#include "forest/list_merge.hpp"
 #include "kernels/proximity/in_box.hpp"
 #include "kernels/proximity/one_point.hpp"
 #include "kernels/run/one_ray.hpp"

@@ -153,6 +153,7 @@ def first_hit(
         NDArray[numpy.float32],
         NDArray[numpy.float32],
         NDArray[numpy.float32],
+        NDArray[numpy.float32] | None,
     ],
     surface: bool,
     n_threads: int,
@@ -173,6 +174,7 @@ def any_hit(
         NDArray[numpy.float32],
         NDArray[numpy.float32],
         NDArray[numpy.float32],
+        NDArray[numpy.float32] | None,
     ],
     n_threads: int,
     progress: object | None,
@@ -186,6 +188,7 @@ def count_hits(
         NDArray[numpy.float32],
         NDArray[numpy.float32],
         NDArray[numpy.float32],
+        NDArray[numpy.float32] | None,
     ],
     n_threads: int,
     progress: object | None,
@@ -199,6 +202,7 @@ def list_hits(
         NDArray[numpy.float32],
         NDArray[numpy.float32],
         NDArray[numpy.float32],
+        NDArray[numpy.float32] | None,
     ],
     surface: bool,
     k: int | None,
@@ -265,6 +269,7 @@ def crossings(
         NDArray[numpy.float32],
         NDArray[numpy.float32],
         NDArray[numpy.float32],
+        NDArray[numpy.float32] | None,
     ],
     offsets: NDArray[numpy.int64],
     pieces: NDArray[numpy.int64],
@@ -295,6 +300,7 @@ def crossings(
         NDArray[numpy.float32],
         NDArray[numpy.float32],
         NDArray[numpy.float32],
+        NDArray[numpy.float32] | None,
     ],
     offsets: NDArray[numpy.int64],
     pieces: NDArray[numpy.int64],
@@ -373,3 +379,241 @@ def merge_nearest(
     points: NDArray[numpy.int64],
     found: tuple[NDArray[numpy.float32], NDArray[numpy.int64], NDArray[numpy.float32]],
 ) -> None: ...
+
+class TopTree:
+    def __init__(
+        self, boxes: NDArray[numpy.float32], max_radius: NDArray[numpy.float32], frame: Sequence[float]
+    ) -> None: ...
+    def tiles_of_rays(
+        self,
+        rays: tuple[
+            NDArray[numpy.float32],
+            NDArray[numpy.float32],
+            NDArray[numpy.float32],
+            NDArray[numpy.float32],
+            NDArray[numpy.float32],
+            NDArray[numpy.float32],
+            NDArray[numpy.float32] | None,
+        ],
+        n_threads: int,
+        progress: object | None,
+    ) -> tuple[NDArray[numpy.int64], NDArray[numpy.int64], NDArray[numpy.float32]]: ...
+    def first_tiles(
+        self,
+        rays: tuple[
+            NDArray[numpy.float32],
+            NDArray[numpy.float32],
+            NDArray[numpy.float32],
+            NDArray[numpy.float32],
+            NDArray[numpy.float32],
+            NDArray[numpy.float32],
+            NDArray[numpy.float32] | None,
+        ],
+        n_threads: int,
+        progress: object | None,
+    ) -> NDArray[numpy.int64]: ...
+    def nearest_tiles(
+        self, points: NDArray[numpy.float64], k: int, surface: bool, n_threads: int, progress: object | None
+    ) -> tuple[NDArray[numpy.float64], NDArray[numpy.int64]]: ...
+    def tiles_within(
+        self, points: NDArray[numpy.float64], radius: NDArray[numpy.float32], surface: bool
+    ) -> tuple[NDArray[numpy.int64], NDArray[numpy.int64]]: ...
+    def tiles_in_boxes(
+        self, low: NDArray[numpy.float64], high: NDArray[numpy.float64], surface: bool
+    ) -> tuple[NDArray[numpy.int64], NDArray[numpy.int64]]: ...
+    def tiles_near_tiles(self, radius: float, surface: bool) -> tuple[NDArray[numpy.int64], NDArray[numpy.int64]]: ...
+
+class Walk:
+    def next_tile(self, is_open: NDArray[numpy.uint8]) -> int: ...
+    def n_waiting(self) -> int: ...
+
+class FirstHitWalk(Walk):
+    def __init__(
+        self,
+        top: TopTree,
+        rays: tuple[
+            NDArray[numpy.float32],
+            NDArray[numpy.float32],
+            NDArray[numpy.float32],
+            NDArray[numpy.float32],
+            NDArray[numpy.float32],
+            NDArray[numpy.float32],
+            NDArray[numpy.float32] | None,
+        ],
+        surface: bool,
+        n_threads: int,
+        progress: object | None,
+    ) -> None: ...
+    def take(
+        self, tile: int
+    ) -> tuple[
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+    ]: ...
+    def give(
+        self,
+        found: tuple[
+            NDArray[numpy.float32],
+            NDArray[numpy.int64],
+            NDArray[numpy.float32],
+            NDArray[numpy.float32],
+            NDArray[numpy.float32] | None,
+        ],
+        ids: NDArray[numpy.int64] | None,
+    ) -> None: ...
+    def hits(
+        self,
+    ) -> tuple[
+        NDArray[numpy.float32],
+        NDArray[numpy.int64],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32] | None,
+    ]: ...
+
+class AnyHitWalk(Walk):
+    def __init__(
+        self,
+        top: TopTree,
+        rays: tuple[
+            NDArray[numpy.float32],
+            NDArray[numpy.float32],
+            NDArray[numpy.float32],
+            NDArray[numpy.float32],
+            NDArray[numpy.float32],
+            NDArray[numpy.float32],
+            NDArray[numpy.float32] | None,
+        ],
+        n_threads: int,
+        progress: object | None,
+    ) -> None: ...
+    def take(
+        self, tile: int
+    ) -> tuple[
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+    ]: ...
+    def give(self, found: NDArray[numpy.bool_]) -> None: ...
+    def found(self) -> NDArray[numpy.bool_]: ...
+
+class NextHitWalk(Walk):
+    def __init__(
+        self,
+        top: TopTree,
+        rays: tuple[
+            NDArray[numpy.float32],
+            NDArray[numpy.float32],
+            NDArray[numpy.float32],
+            NDArray[numpy.float32],
+            NDArray[numpy.float32],
+            NDArray[numpy.float32],
+            NDArray[numpy.float32] | None,
+        ],
+        k: int,
+        surface: bool,
+        n_threads: int,
+        progress: object | None,
+    ) -> None: ...
+    def take(
+        self, tile: int
+    ) -> tuple[
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+    ]: ...
+    def give(
+        self,
+        found: tuple[
+            NDArray[numpy.int64],
+            tuple[
+                NDArray[numpy.float32],
+                NDArray[numpy.int64],
+                NDArray[numpy.float32],
+                NDArray[numpy.float32],
+                NDArray[numpy.float32] | None,
+            ],
+        ],
+        ids: NDArray[numpy.int64] | None,
+    ) -> None: ...
+    def lists(
+        self,
+    ) -> tuple[
+        NDArray[numpy.int64],
+        tuple[
+            NDArray[numpy.float32],
+            NDArray[numpy.int64],
+            NDArray[numpy.float32],
+            NDArray[numpy.float32],
+            NDArray[numpy.float32] | None,
+        ],
+    ]: ...
+
+class Visit:
+    def __init__(
+        self,
+        top: TopTree,
+        rays: tuple[
+            NDArray[numpy.float32],
+            NDArray[numpy.float32],
+            NDArray[numpy.float32],
+            NDArray[numpy.float32],
+            NDArray[numpy.float32],
+            NDArray[numpy.float32],
+            NDArray[numpy.float32] | None,
+        ],
+        n_threads: int,
+        progress: object | None,
+    ) -> None: ...
+    def n_rays_of(self, tile: int) -> int: ...
+    def take(
+        self, tile: int
+    ) -> tuple[
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+    ]: ...
+    def add_counts(self, tile: int, found: NDArray[numpy.int64], counts: NDArray[numpy.int64]) -> None: ...
+    def add_lists(
+        self,
+        tile: int,
+        found: tuple[
+            NDArray[numpy.int64],
+            tuple[
+                NDArray[numpy.float32],
+                NDArray[numpy.int64],
+                NDArray[numpy.float32],
+                NDArray[numpy.float32],
+                NDArray[numpy.float32] | None,
+            ],
+        ],
+        ids: NDArray[numpy.int64] | None,
+    ) -> None: ...
+    def merge(
+        self, surface: bool, k: int | None, by_distance: bool, progress: object | None
+    ) -> tuple[
+        NDArray[numpy.int64],
+        tuple[
+            NDArray[numpy.float32],
+            NDArray[numpy.int64],
+            NDArray[numpy.float32],
+            NDArray[numpy.float32],
+            NDArray[numpy.float32] | None,
+        ],
+    ]: ...

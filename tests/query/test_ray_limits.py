@@ -48,7 +48,8 @@ def test_hits_up_to_the_limit_are_found(kind: str, spread: float, kernel: str) -
     # Of the next ones, all up to the limit are there, with their ties.
     got_offsets, got = backend.list_hits(limited, False, 1000, False, None)
     n_up_to = np.add.reduceat(np.append(all_columns[0] <= np.repeat(limit, counts), 0), offsets[:-1]) * hit
-    assert (np.diff(got_offsets) >= n_up_to).all() and n_up_to.sum() > 2 * hit.sum()
+    assert (np.diff(got_offsets) >= n_up_to).all()
+    assert n_up_to.sum() > 2 * hit.sum()
     for ray in np.flatnonzero(hit):
         for column, expected in zip(got[:4], all_columns[:4], strict=True):
             end = got_offsets[ray] + n_up_to[ray]
@@ -69,7 +70,9 @@ def test_a_limit_before_all_hits_saves_work(kernel: str) -> None:
 
 def test_parts_of_a_batch_keep_their_limits() -> None:
     _, rays = tree_and_rays("segments", 0.0)
-    assert rays.limit is NO_LIMIT and rays.some(np.arange(3)).limit is NO_LIMIT
+    assert rays.limit is NO_LIMIT
+    assert rays.arrays()[-1] is None
+    assert rays.some(np.arange(3)).limit is NO_LIMIT
     limited = replace(rays, limit=np.arange(len(rays), dtype=np.float32))
     assert limited.some(np.array([7, 2])).limit.tolist() == [7, 2]
     assert limited.part(5, 8).limit.tolist() == [5, 6, 7]

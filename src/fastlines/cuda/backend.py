@@ -159,7 +159,8 @@ class CudaBackend:
         """Copy checked rays to the device."""
         # Some of the rays of a batch may have no spread, when others have one.
         has_spread = rays.spread is not NO_SPREAD
-        arrays = rays.arrays()[: 6 if has_spread else 5]
+        columns = rays.origins, rays.directions, rays.radius, rays.t_min, rays.t_max
+        arrays = (*columns, rays.spread) if has_spread else columns
         parts = [self.scene.device.upload(array) for array in arrays]
         pointers = [part.pointer for part in parts]
         steps = [0 if len(array) <= 1 else array.size // len(array) for array in arrays]

@@ -189,7 +189,7 @@ class Forest(RayQueries, ProximityQueries):
 
     @computed_once
     def _top(self) -> Any:
-        from .top_tree import TopTree  # type: ignore[import-not-found]
+        from .top_tree import TopTree
 
         return TopTree(self.manifest.boxes, self.manifest.max_radius, self.manifest.frame)
 
@@ -210,7 +210,7 @@ class Forest(RayQueries, ProximityQueries):
         """Return what answers checked rays."""
         if self._is_file:
             return self._store.open(0).tree._backend(kernel, rays)
-        from .ray_backend import ForestRays  # type: ignore[import-not-found]
+        from .ray_backend import ForestRays
 
         backend: Backend = ForestRays(self._store, self._top, kernel)
         return IgnoringBackend(backend, self.geometry) if rays.ignored else backend

@@ -37,7 +37,7 @@ RAYS_LIMIT = 2**32 - 1
 
 
 #: Origins, directions, radius, t_min, t_max, spread, limit.
-RayArrays: TypeAlias = tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]
+RayArrays: TypeAlias = tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray, FloatArray, FloatArray | None]
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,8 +67,9 @@ class RayBatch:
         return len(self.origins)
 
     def arrays(self) -> RayArrays:
-        """Return the arrays in the order of the core: origins, directions, radius, t_min, t_max, spread, limit."""
-        return self.origins, self.directions, self.radius, self.t_min, self.t_max, self.spread, self.limit
+        """Return the arrays in the order of the core, those of `RayArrays`; the limit is None if there is none."""
+        limit = None if self.limit is NO_LIMIT else self.limit
+        return self.origins, self.directions, self.radius, self.t_min, self.t_max, self.spread, limit
 
     @property
     def has_spread(self) -> bool:
@@ -172,7 +173,7 @@ def check_rays(given: RayArguments, bounds: FloatArray) -> RayBatch:
     low, high, largest = limits_of(bounds)
     farthest = max(map(abs, (*low, *high)))
     arrays = origins, directions, radii, starts, ends, spreads
-    valid, digest = engine.check_rays((*arrays, NO_LIMIT), largest, farthest, get_num_threads())
+    valid, digest = engine.check_rays((*arrays, None), largest, farthest, get_num_threads())
     if valid:
         return RayBatch(shape, *arrays, np.zeros(0, np.int64), digest)
 
@@ -202,7 +203,7 @@ def check_rays(given: RayArguments, bounds: FloatArray) -> RayBatch:
         radii, starts, ends, spreads = (np.broadcast_to(values, n_rays).copy() for values in scalars.values())
         radii[skipped] = starts[skipped] = ends[skipped] = spreads[skipped] = 0
     arrays = origins, directions, radii, starts, ends, spreads
-    digest = engine.check_rays((*arrays, NO_LIMIT), largest, farthest, get_num_threads())[1]
+    digest = engine.check_rays((*arrays, None), largest, farthest, get_num_threads())[1]
     return RayBatch(shape, *arrays, np.flatnonzero(skipped), digest)
 
 

@@ -1,0 +1,233 @@
+// The top tree of a forest: a wide tree over the boxes of its tiles. It finds the tiles that a ray, a point or a box
+// may have to do with. It is conservative, and decides no answer.
+//
+// All is computed in the frame of the forest. A ray is grown by its radius and eps (rays/ray.hpp), which cover the
+// roundings of the exact test and of the boxes, as in the traversal of a tree. Distances from points are less a margin
+// of 2⁻¹⁸·(4 + |p|∞), several times the eps of a point (query/proximity/point_query.hpp).
+#pragma once
+
+#include <bit>
+#include <cstdint>
+#include <numeric>
+#include <span>
+#include <vector>
+
+#include "../rays/frame_of.hpp"
+#include "../rays/ray_batch.hpp"
+#include "../rays/spread_ray.hpp"
+#include "../simd/float_x16.hpp"
+
+namespace fastlines {
+
+/// The box around the axes of a tile's primitives, and the largest of their radii.
+struct TileBox {
+  Box box;
+  float max_radius;
+};
+
+/// A ray, and the radius within which it looks for boxes, spread included; both in the frame.
+struct RoutedRay : Ray {
+  RoutedRay(const RayQuery& query, const Frame& frame) : Ray(prepare(query, frame)) {
+    if (query.spread > 0.0f) {
+      const SpreadInFrame spread(query.spread, o, r, t0, frame.scale);
+      radius += spread.growth;
+      eps += spread.cull_growth - spread.growth;
+      tie_tolerance += spread.tie_tolerance;
+    }
+  }
+
+  /// A lower bound, in units of the caller's ray, on the t of hits in what the ray enters at t in the frame.
+  float earliest(float enter) const { return t_ray(enter - 2.0f * tie_tolerance); }
+};
+
+class TopTree {
+ public:
+  TopTree(std::span<const TileBox> tiles, const Box& frame_box) : tiles_(tiles.begin(), tiles.end()) {
+    float max_radius = 0.0f;
+    for (const TileBox& tile : tiles) max_radius = std::max(max_radius, tile.max_radius);
+    frame_ = frame_of(frame_box, max_radius);
+    std::vector<std::uint32_t> order(tiles.size());
+    std::iota(order.begin(), order.end(), 0u);
+    nodes_.emplace_back();
+    fill_node(0, order);
+  }
+
+  std::size_t n_tiles() const { return tiles_.size(); }
+  const Frame& frame() const { return frame_; }
+
+  /// Call visit(tile, enter) for each tile that the ray may have hits in, in no order; the ray enters its box at t =
+  /// `enter` in the frame.
+  template <class Visit>
+  void for_each_on_ray(const RoutedRay& ray, Visit&& visit) const {
+    // As in a node of the wide layout (kernels/intersect/node_cull.hpp), with planes that are not quantised.
+    float inverse[3], near[3], far[3];
+    const float grow = ray.radius + ray.eps;
+    for (int k = 0; k < 3; ++k) {
+      const bool back = ray.r[k] < 0.0f;
+      inverse[k] = (back ? -1.0f : 1.0f) / std::max(std::fabs(ray.r[k]), 1e-18f);
+      near[k] = -(ray.o[k] + (back ? -grow : grow)) * inverse[k];
+      far[k] = ((back ? -grow : grow) - ray.o[k]) * inverse[k];
+    }
+    std::uint32_t stack[kMaxStack] = {0};
+    for (int n_stack = 1; n_stack > 0;) {
+      const Node& node = nodes_[stack[--n_stack]];
+      FloatX16 enter = ray.t_min, leave = ray.limit;
+      for (int k = 0; k < 3; ++k) {
+        const bool back = ray.r[k] < 0.0f;
+        const FloatX16 first = FloatX16::load(back ? node.high[k] : node.low[k]);
+        const FloatX16 last = FloatX16::load(back ? node.low[k] : node.high[k]);
+        enter = max(enter, fma(first, FloatX16(inverse[k]), FloatX16(near[k])));
+        leave = min(leave, fma(last, FloatX16(inverse[k]), FloatX16(far[k])));
+      }
+      float at[kSimdWidth];
+      enter.store(at);
+      for (std::uint32_t hit = (enter <= leave).bits() & node.lanes(); hit; hit &= hit - 1) {
+        const int i = std::countr_zero(hit);
+        if (node.is_tile(i))
+          visit(node.child[i], at[i]);
+        else
+          stack[n_stack++] = node.child[i];
+      }
+    }
+  }
+
+  /// Call visit(tile, distance) for each tile whose distance from a box is at most `limit()`, in no order; the limit
+  /// may fall. Distances are lower bounds, in units of the scene; with `surface` those from surfaces, which are
+  /// negative inside.
+  template <class Limit, class Visit>
+  void for_each_near(const double (&low)[3], const double (&high)[3], bool surface, Limit&& limit,
+                     Visit&& visit) const {
+    // The frame's float coordinates of a tile are rounded; so is what the exact test computes.
+    double at[2][3], farthest = 0.0;
+    for (int k = 0; k < 3; ++k) {
+      at[0][k] = (low[k] - double(frame_.centre[k])) * frame_.scale;
+      at[1][k] = (high[k] - double(frame_.centre[k])) * frame_.scale;
+      farthest = std::max({farthest, std::fabs(at[0][k]), std::fabs(at[1][k])});
+    }
+    const double margin = 0x1p-18 * (4.0 + farthest) + frame_.overhang, unit = 1.0 / frame_.scale;
+    struct Entry {
+      std::uint32_t node;
+      double distance;
+    };
+    std::vector<Entry> stack(1, {0, -double(kInfinity)});
+    while (!stack.empty()) {
+      const Entry entry = stack.back();
+      stack.pop_back();
+      if (!(entry.distance <= limit())) continue;
+      const Node& node = nodes_[entry.node];
+      Entry inner[kSimdWidth];
+      int n_inner = 0;
+      for (int i = 0; i < node.n; ++i) {
+        double dist2 = 0.0;
+        for (int k = 0; k < 3; ++k) {
+          const double beyond = std::max({node.axis_low[k][i] - at[1][k], at[0][k] - node.axis_high[k][i], 0.0});
+          dist2 += beyond * beyond;
+        }
+        const double distance = (std::sqrt(dist2) - margin - (surface ? node.radius[i] : 0.0f)) * unit;
+        if (!(distance <= limit())) continue;
+        if (node.is_tile(i))
+          visit(node.child[i], distance);
+        else
+          inner[n_inner++] = {node.child[i], distance};
+      }
+      // The nearest is on top.
+      std::sort(inner, inner + n_inner, [](const Entry& a, const Entry& b) { return a.distance > b.distance; });
+      stack.insert(stack.end(), inner, inner + n_inner);
+    }
+  }
+
+  /// The box of a tile, in units of the scene.
+  const TileBox& tile(std::size_t i) const { return tiles_[i]; }
+
+ private:
+  /// Up to 16 children, in the frame: boxes grown by radii, for rays; boxes and radii, for points. `tiles` is a mask of
+  /// the children that are tiles.
+  struct alignas(64) Node {
+    float low[3][kSimdWidth], high[3][kSimdWidth];
+    float axis_low[3][kSimdWidth], axis_high[3][kSimdWidth], radius[kSimdWidth];
+    std::uint32_t child[kSimdWidth], tiles = 0;
+    int n = 0;
+
+    std::uint32_t lanes() const { return (1u << n) - 1; }
+    bool is_tile(int i) const { return tiles >> i & 1; }
+
+    void add(const Frame& frame, const TileBox& of, std::uint32_t child_) {
+      radius[n] = of.max_radius * frame.scale;
+      const Vec3 lo = frame(of.box.lo), hi = frame(of.box.hi);
+      for (int k = 0; k < 3; ++k) {
+        axis_low[k][n] = lo[k];
+        axis_high[k][n] = hi[k];
+        low[k][n] = lo[k] - radius[n];
+        high[k][n] = hi[k] + radius[n];
+      }
+      child[n++] = child_;
+    }
+  };
+
+  /// Children of a node hold about as many tiles each, so 2³² tiles take nine levels, each with 15 nodes that wait.
+  static constexpr int kMaxStack = 160;
+
+  /// Divide these tiles, in place, into up to 16 children of about as many each.
+  void fill_node(std::size_t index, std::span<std::uint32_t> tiles) {
+    for (Node& node = nodes_[index]; auto* planes : {&node.low, &node.high, &node.axis_low, &node.axis_high})
+      for (auto& axis : *planes) std::fill(axis, axis + kSimdWidth, 0.0f);
+    std::vector<std::span<std::uint32_t>> parts;
+    if (!tiles.empty()) parts.push_back(tiles);
+    while (parts.size() < kSimdWidth) {
+      const auto largest =
+          std::max_element(parts.begin(), parts.end(), [](auto& a, auto& b) { return a.size() < b.size(); });
+      if (largest == parts.end() || largest->size() < 2) break;
+      const std::span<std::uint32_t> whole = *largest;
+      halve(whole);
+      *largest = whole.first(whole.size() / 2);
+      parts.push_back(whole.subspan(whole.size() / 2));
+    }
+    for (const std::span<std::uint32_t> part : parts) {
+      TileBox of{Box::empty(), 0.0f};
+      for (const std::uint32_t tile : part) {
+        of.box.grow(tiles_[tile].box);
+        of.max_radius = std::max(of.max_radius, tiles_[tile].max_radius);
+      }
+      if (part.size() == 1) {
+        nodes_[index].tiles |= 1u << nodes_[index].n;
+        nodes_[index].add(frame_, of, part[0]);
+      } else {
+        const std::size_t child = nodes_.size();
+        nodes_[index].add(frame_, of, std::uint32_t(child));
+        nodes_.emplace_back();
+        fill_node(child, part);
+      }
+    }
+  }
+
+  /// Halve tiles at the median of their centres, along the axis on which these are farthest apart.
+  void halve(std::span<std::uint32_t> tiles) const {
+    const auto centre = [&](std::uint32_t tile, int k) {
+      return 0.5 * (double(tiles_[tile].box.lo[k]) + double(tiles_[tile].box.hi[k]));
+    };
+    int axis = 0;
+    double widest = -1.0;
+    for (int k = 0; k < 3; ++k) {
+      double low = kInfinity, high = -kInfinity;
+      for (const std::uint32_t tile : tiles) {
+        low = std::min(low, centre(tile, k));
+        high = std::max(high, centre(tile, k));
+      }
+      if (high - low > widest) {
+        widest = high - low;
+        axis = k;
+      }
+    }
+    std::nth_element(tiles.begin(), tiles.begin() + std::ptrdiff_t(tiles.size() / 2), tiles.end(),
+                     [&](std::uint32_t a, std::uint32_t b) {
+                       const double of_a = centre(a, axis), of_b = centre(b, axis);
+                       return of_a != of_b ? of_a < of_b : a < b;
+                     });
+  }
+
+  std::vector<TileBox> tiles_;
+  Frame frame_;
+  std::vector<Node> nodes_;
+};
+
+}  // namespace fastlines

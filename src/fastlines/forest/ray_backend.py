@@ -1,0 +1,236 @@
+"""Rays and a forest: each ray goes to the tiles on its way, and what they find becomes one answer."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import _core
+from ..arrays import FloatArray, IntArray
+from ..progress import ProgressCallback
+from ..query.backend import Backend, HitColumns, HitLists
+from ..query.rays import NO_LIMIT, NO_SPREAD, RayBatch
+from ..threads import get_num_threads
+from .tile_store import Tile, TileStore
+from .top_tree import TopTree
+
+
+@dataclass(frozen=True)
+class ForestRays:
+    """Answers rays about all tiles of a forest; it is a `Backend`. Rays leave nothing out, and see all parts."""
+
+    store: TileStore
+    top: TopTree
+    kernel: str
+
+    def first_hit(self, rays: RayBatch, surface: bool, progress: ProgressCallback | None) -> HitColumns:
+        """See `Backend`."""
+        if len(self.top) == 1:
+            opened = self.store.open(0)
+            return _renumbered(self._ask(opened, rays).first_hit(rays, surface, progress), opened.ids)
+        found: list[HitColumns] = []
+        for block, watched in _blocks(rays, progress):
+            walk = _core.FirstHitWalk(self.top.core, block.arrays(), surface, get_num_threads(), watched.routing())
+            for opened, part, seen in self._walk(walk, block, watched):
+                walk.give(self._ask(opened, rays).first_hit(part, surface, seen), opened.ids)
+            found.append(walk.hits())
+        return _joined_columns(found)
+
+    def any_hit(self, rays: RayBatch, progress: ProgressCallback | None) -> npt.NDArray[np.bool_]:
+        """See `Backend`."""
+        if len(self.top) == 1:
+            return self._ask(self.store.open(0), rays).any_hit(rays, progress)
+        found = []
+        for block, watched in _blocks(rays, progress):
+            walk = _core.AnyHitWalk(self.top.core, block.arrays(), get_num_threads(), watched.routing())
+            for opened, part, seen in self._walk(walk, block, watched):
+                walk.give(self._ask(opened, rays).any_hit(part, seen))
+            found.append(walk.found())
+        joined: npt.NDArray[np.bool_] = _joined(found)
+        return joined
+
+    def count_hits(self, rays: RayBatch, progress: ProgressCallback | None) -> IntArray:
+        """See `Backend`."""
+        if len(self.top) == 1:
+            return self._ask(self.store.open(0), rays).count_hits(rays, progress)
+        counts = np.zeros(len(rays), np.int64)
+        begin = 0
+        for block, watched in _blocks(rays, progress):
+            visit = _core.Visit(self.top.core, block.arrays(), get_num_threads(), watched.routing())
+            of_block = counts[begin : begin + len(block)]
+            for tile, opened, part, seen in self._visit(visit, block, watched):
+                visit.add_counts(tile, self._ask(opened, rays).count_hits(part, seen), of_block)
+            begin += len(block)
+        return counts
+
+    def count_candidates(self, rays: RayBatch, progress: ProgressCallback | None) -> IntArray:
+        """See `Backend`; these are the hits."""
+        return self.count_hits(rays, progress)
+
+    def list_hits(
+        self, rays: RayBatch, surface: bool, k: int | None, by_distance: bool, progress: ProgressCallback | None
+    ) -> HitLists:
+        """See `Backend`."""
+        if len(self.top) == 1:
+            opened = self.store.open(0)
+            offsets, columns = self._ask(opened, rays).list_hits(rays, surface, k, by_distance, progress)
+            return offsets, _renumbered(columns, opened.ids)
+        if k is not None and not by_distance and k <= RayBlocks.MAX_KEPT:
+            return self._next_hits(rays, surface, k, progress)
+        found: list[HitLists] = []
+        sizes = RayBlocks(RayBlocks.FIRST_RAYS)
+        for block, watched in _blocks(rays, progress, sizes):
+            visit = _core.Visit(self.top.core, block.arrays(), get_num_threads(), watched.routing())
+            for tile, opened, part, seen in self._visit(visit, block, watched):
+                lists = self._ask(opened, rays).list_hits(part, surface, k, by_distance, seen)
+                visit.add_lists(tile, lists, opened.ids)
+            found.append(visit.merge(surface, k, by_distance, watched.merging()))
+            sizes.fit(len(block), int(found[-1][0][-1]))
+        return _joined_lists(found)
+
+    def _next_hits(self, rays: RayBatch, surface: bool, k: int, progress: ProgressCallback | None) -> HitLists:
+        """List the first k hits of each ray, from tile to tile with falling limits."""
+        found: list[HitLists] = []
+        for block, watched in _blocks(rays, progress, RayBlocks(RayBlocks.HITS // max(k, 16))):
+            walk = _core.NextHitWalk(self.top.core, block.arrays(), k, surface, get_num_threads(), watched.routing())
+            for opened, part, seen in self._walk(walk, block, watched):
+                walk.give(self._ask(opened, rays).list_hits(part, surface, k, False, seen), opened.ids)
+            found.append(walk.lists())
+        return _joined_lists(found)
+
+    def _ask(self, opened: Tile, rays: RayBatch) -> Backend:
+        """Return what answers some of these rays. All rays of a batch have the same kind of kernel."""
+        return opened.tree._backend(self.kernel, rays)
+
+    def _walk(
+        self, walk: _core.FirstHitWalk | _core.AnyHitWalk | _core.NextHitWalk, block: RayBatch, watched: BlockProgress
+    ) -> Iterator[tuple[Tile, RayBatch, ProgressCallback | None]]:
+        """Yield a tile and the rays that wait for it, until none waits; the caller gives their answers to `walk`."""
+        n_tiles = len(self.top)
+        while True:
+            is_open = np.fromiter(map(self.store.is_open, range(n_tiles)), np.uint8, n_tiles)
+            if (tile := walk.next_tile(is_open)) < 0:
+                return
+            opened = self.store.open(tile)
+            n_before = walk.n_waiting()
+            part = _part(block, *walk.take(tile))
+            yield opened, part, watched.asking(1 - n_before / len(block), len(part) / len(block) / 2)
+
+    def _visit(
+        self, visit: _core.Visit, block: RayBatch, watched: BlockProgress
+    ) -> Iterator[tuple[int, Tile, RayBatch, ProgressCallback | None]]:
+        """Yield each tile and the rays on whose routes it is, those that are open first."""
+        n_rays = {tile: n for tile in range(len(self.top)) if (n := visit.n_rays_of(tile))}
+        n_all, n_done = sum(n_rays.values()), 0
+        for tile in sorted(n_rays, key=lambda tile: not self.store.is_open(tile)):
+            opened = self.store.open(tile)
+            part = _part(block, *visit.take(tile))
+            yield tile, opened, part, watched.asking(n_done / n_all, len(part) / n_all)
+            n_done += len(part)
+
+
+class RayBlocks:
+    """How many rays go into a block, which bounds the memory beside the answer."""
+
+    #: The most rays of a block; each takes about 100 bytes.
+    MAX_RAYS = 1 << 20
+    #: The rays of the first block of lists of hits, and the hits that later ones aim at.
+    FIRST_RAYS, HITS = 1 << 18, 1 << 24
+    #: The most hits a ray of which the first k are kept while it goes from tile to tile. For more, all tiles are asked.
+    MAX_KEPT = 64
+
+    def __init__(self, n_rays: int = MAX_RAYS) -> None:
+        self.n_rays = min(n_rays, self.MAX_RAYS)
+
+    def fit(self, n_rays: int, n_hits: int) -> None:
+        """Fit the next block to the number of hits of the last one."""
+        self.n_rays = max(1, min(self.MAX_RAYS, 4 * n_rays, n_rays * self.HITS // max(1, n_hits)))
+
+
+@dataclass
+class BlockProgress:
+    """The progress of a block, which takes this share of the whole. A tenth of it is routing, another one merging."""
+
+    callback: ProgressCallback | None
+    begin: float
+    share: float
+
+    def routing(self) -> ProgressCallback | None:
+        """Return what the search for routes reports to."""
+        return self._part(0.0, 0.1)
+
+    def asking(self, begin: float, share: float) -> ProgressCallback | None:
+        """Return what a query of a tile reports to."""
+        return self._part(0.1 + 0.8 * begin, 0.8 * share)
+
+    def merging(self) -> ProgressCallback | None:
+        """Return what the merge of lists reports to."""
+        return self._part(0.9, 0.1)
+
+    def _part(self, begin: float, share: float) -> ProgressCallback | None:
+        callback = self.callback
+        if callback is None:
+            return None
+        return lambda done: callback(self.begin + self.share * (begin + share * done))
+
+
+def _blocks(
+    rays: RayBatch, progress: ProgressCallback | None, sizes: RayBlocks | None = None
+) -> Iterator[tuple[RayBatch, BlockProgress]]:
+    """Yield rays in blocks, at least one."""
+    sizes = RayBlocks() if sizes is None else sizes
+    begin = 0
+    while True:
+        end = min(len(rays), begin + sizes.n_rays)
+        share = (end - begin) / max(1, len(rays))
+        block = rays if end - begin == len(rays) else rays.part(begin, end)
+        yield block, BlockProgress(progress, begin / max(1, len(rays)), share)
+        begin = end
+        if progress is not None:
+            progress(begin / max(1, len(rays)))
+        if begin == len(rays):
+            return
+
+
+def _part(
+    rays: RayBatch,
+    origins: FloatArray,
+    directions: FloatArray,
+    radius: FloatArray,
+    t_min: FloatArray,
+    t_max: FloatArray,
+    spread: FloatArray,
+    limit: FloatArray = NO_LIMIT,
+) -> RayBatch:
+    """Return some of these rays, as a batch of the arrays in the order of the core."""
+    spread = NO_SPREAD if rays.spread is NO_SPREAD else spread
+    none = np.zeros(0, np.int64)
+    return RayBatch((len(origins),), origins, directions, radius, t_min, t_max, spread, none, limit=limit)
+
+
+def _renumbered(columns: HitColumns, ids: IntArray | None) -> HitColumns:
+    """Return hits with the numbers of the forest, of which -1 stays."""
+    t, prim, *others = columns
+    if ids is not None and len(ids):
+        prim = np.where(prim < 0, prim, ids[prim])
+    return (t, prim, *others)  # type: ignore[return-value]
+
+
+def _joined(parts: Sequence[Any]) -> Any:
+    return parts[0] if len(parts) == 1 else np.concatenate(parts)
+
+
+def _joined_columns(parts: list[HitColumns]) -> HitColumns:
+    t, prim, u, distance, t_out = zip(*parts, strict=True)
+    joined = None if t_out[0] is None else _joined(t_out)
+    return _joined(t), _joined(prim), _joined(u), _joined(distance), joined
+
+
+def _joined_lists(parts: list[HitLists]) -> HitLists:
+    counts = _joined([np.diff(offsets) for offsets, _ in parts])
+    offsets = parts[0][0] if len(parts) == 1 else np.concatenate([np.zeros(1, np.int64), np.cumsum(counts)])
+    return offsets, _joined_columns([columns for _, columns in parts])
