@@ -152,11 +152,18 @@ class Tree(PlacedTree, RayQueries, ProximityQueries, PairQueries, BoxQueries):
     def _built_cost(self) -> float:
         return built_cost(self)
 
-    def save(self, path: str | os.PathLike[str]) -> None:
+    def save(self, path: str | os.PathLike[str], *, layout: bool = False) -> None:
         """Write the tree and its lines to one file, which `load` maps into memory.
 
         Attributes that are neither booleans nor numbers of up to 8 bytes are left out, with a warning. The file appears
         whole or not at all. A symbolic link stays one, and an existing file keeps its mode.
+
+        Parameters
+        ----------
+        path : str or path
+        layout : bool
+            Write the `layout` that queries run on, too. Then the first query after a `load` starts at once; without, it
+            builds the layout first. `fastlines.load` checks it.
 
         Raises
         ------
@@ -168,7 +175,7 @@ class Tree(PlacedTree, RayQueries, ProximityQueries, PairQueries, BoxQueries):
         """
         from .structure import tree_file
 
-        tree_file.write(self, path)
+        tree_file.write(self, path, layout=layout)
 
 
 def load(path: str | os.PathLike[str], *, verify: bool | None = None) -> Tree:

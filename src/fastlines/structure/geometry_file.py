@@ -11,7 +11,6 @@ from collections.abc import Callable, Mapping
 from typing import Any, TypeAlias
 
 import numpy as np
-import numpy.typing as npt
 
 from ..arrays import is_text
 from ..errors import InputError
@@ -20,9 +19,8 @@ from ..geometry.any_geometry import AnyGeometry
 from ..geometry.collection import Geometry
 from ..geometry.lines import Lines
 from ..support import container
+from ..support.container import Arrays
 from ..support.text_columns import TEXTS, numbered, texts_of
-
-Arrays: TypeAlias = dict[str, npt.NDArray[Any]]
 
 #: The mappings of attributes of a container, and what their sections begin with.
 ATTRIBUTES = ("attributes", "end_attributes", "corner_attributes")
