@@ -6,7 +6,7 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
-from test_mapped_rays import on, scene
+from test_mapped_rays import forest_of, on, scene
 
 import fastlines as fl
 
@@ -22,11 +22,9 @@ def tree() -> fl.Tree:
     return fl.build(scene())
 
 
-@pytest.fixture(scope="module")
-def forest(tree, tmp_path_factory) -> fl.Forest:
-    path = tmp_path_factory.mktemp("forest") / "tree.flt"
-    tree.save(path)
-    return fl.Forest(path)
+@pytest.fixture(scope="module", params=["a tree file", "7 tiles"])
+def forest(request, tree, tmp_path_factory) -> fl.Forest:
+    return forest_of(tree, tmp_path_factory.mktemp("forest"), request.param)
 
 
 def assert_same(found, expected) -> None:
