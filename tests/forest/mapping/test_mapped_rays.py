@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import signal
 from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ import pytest
 import fastlines as fl
 from fastlines.forest.mapping.mapping import ChunkTuning, Mapping
 from fastlines.forest.mapping.where import map_of
+from fastlines.forest.writing import write_forest
 
 #: Chunks of few rays, so that few rays are many tasks.
 SMALL = ChunkTuning(least=100, measured_from=1000, n_measured=2)
@@ -64,11 +66,17 @@ def tree() -> fl.Tree:
     return fl.build(scene())
 
 
-@pytest.fixture(scope="module")
-def forest(tree, tmp_path_factory) -> fl.Forest:
-    path = tmp_path_factory.mktemp("forest") / "tree.flt"
-    tree.save(path)
-    return fl.Forest(path)
+@pytest.fixture(scope="module", params=["a tree file", "7 tiles"])
+def forest(request, tree, tmp_path_factory) -> fl.Forest:
+    return forest_of(tree, tmp_path_factory.mktemp("forest"), request.param)
+
+
+def forest_of(tree: fl.Tree, folder: Path, kind: str) -> fl.Forest:
+    """Write a tree, or a forest of the same lines."""
+    if kind == "7 tiles":
+        return write_forest(tree.geometry, folder, np.arange(len(tree.geometry)) % 7)
+    tree.save(folder / "tree.flt")
+    return fl.Forest(folder / "tree.flt")
 
 
 def on(forest: fl.Forest, where, tuning: ChunkTuning = SMALL) -> fl.Forest:
@@ -148,4 +156,13 @@ def test_a_worker_that_does_not_see_the_forest(tree, tmp_path, client):
         asked(on(forest, client), "first_hit", {})
     fl.build(scene(30)).save(tmp_path / "here.flt")
     with pytest.raises(fl.WorkerError, match=r"^worker tcp://.*: sees another forest at .*here\.flt than the caller"):
+        asked(on(forest, client), "first_hit", {})
+
+
+def test_a_tile_that_is_missing_on_a_worker(tree, tmp_path, client):
+    forest = forest_of(tree, tmp_path, "7 tiles")
+    # The caller has opened all tiles before.
+    asked(forest, "count_hits", {}, 90)
+    (tmp_path / "00004.flt").unlink()
+    with pytest.raises(fl.WorkerError, match=r"^worker tcp://.*: .*00004\.flt .* missing.*build_forest"):
         asked(on(forest, client), "first_hit", {})

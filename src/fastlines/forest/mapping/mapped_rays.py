@@ -115,7 +115,7 @@ class MappedRays:
         def place(rows: IntArray) -> float:
             return float(tile[rows[0]]) / self.forest.n_tiles
 
-        row_bytes = sum(array.nbytes for array in rays.arrays() if len(array) > 1) / len(rays)
+        row_bytes = sum(array.nbytes for array in rays.arrays() if array is not None) / len(rays)
         yield from self.mapping.rows(order, place, work, row_bytes, progress)
 
     def _first_tiles(self, rays: RayBatch) -> IntArray:
