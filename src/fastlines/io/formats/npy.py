@@ -43,7 +43,7 @@ def read_chunks(source: Source, max_segments: int, invalid: str) -> Iterator[Lin
     segments = source.stored("numbers", dtype, shape, at=at)
     source.finish()
     starts = range(0, max(len(segments), 1), max_segments)
-    offset = offset_for(source, (segments[at : at + max_segments].reshape(-1, 3) for at in starts))
+    offset = offset_for(source.offset, (segments[at : at + max_segments].reshape(-1, 3) for at in starts))
     rounding = Rounding()
     for at in starts:
         rows = segments[at : at + max_segments]
