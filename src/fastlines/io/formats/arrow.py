@@ -29,7 +29,6 @@ from ...geometry.lines import Lines
 from ...geometry.offsets import in_file
 from ...support.metadata import to_json
 from ...support.optional import optional
-from ..cut_lines import cut_lines
 from ..losses import is_encodable
 from ..source import Source
 from .arrow_rows import COORDINATES, ENDS, KEY, SEGMENT, TableRows, has_lines
@@ -57,13 +56,12 @@ def read(source: Source, invalid: str) -> Lines:
     return made
 
 
-def read_chunks(source: Source, max_segments: int, invalid: str) -> Iterator[Lines]:
-    """Read a table in chunks; tables of geometries, and those whose strands do not rise, are read whole."""
+def read_chunks(source: Source, max_segments: int, invalid: str) -> Iterator[Lines] | None:
+    """Read a table in chunks; not one of geometries, nor one whose numbers of strands do not rise."""
     _pyarrow(_READING)
     from .arrow_chunks import chunks_of
 
-    chunks = chunks_of(source, max_segments, invalid)
-    yield from cut_lines(read(source, invalid), max_segments) if chunks is None else chunks
+    return chunks_of(source, max_segments, invalid)
 
 
 def _geometry_lines(source: Source, table: Any, geometries: Any, left_out: list[str], invalid: str) -> Lines:
