@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from ..arrays import COARSE, COORDINATE_LIMIT, FloatArray, warn_of_loss
 from ..geometry.offsets import NO_OFFSET, Offset
+from ..support.immutable import own
 
 
 class Rounding:
@@ -31,8 +32,9 @@ class Rounding:
             points = points - np.array(offset)
         with np.errstate(over="ignore"):  # infinite coordinates are reported with their rows
             rounded = points.astype(np.float32, copy=False)
-        if rounded.dtype == points.dtype or not len(points):
+        if rounded is points or not len(points):
             return rounded
+        rounded = own(rounded)
         low, high, kept = *_extremes(points), rounded
         if not (low.min() >= -COORDINATE_LIMIT and high.max() <= COORDINATE_LIMIT):
             good = np.abs(rounded).max(axis=1) <= COORDINATE_LIMIT

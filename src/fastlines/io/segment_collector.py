@@ -16,7 +16,6 @@ from ..geometry.strand_attributes import with_strand_values
 from ..support.distinct import distinct
 from ..support.immutable import own
 from .rounding import Rounding
-from .source import Source
 
 #: About how many points are joined at a time.
 PART = 1 << 16
@@ -176,9 +175,9 @@ def _n_segments(counts: IntArray) -> IntArray:
     return np.where(counts > 1, counts - 1, counts)
 
 
-def offset_for(source: Source, parts: Iterable[npt.NDArray[np.floating]]) -> Offset:
+def offset_for(wanted: Offset | str | None, parts: Iterable[npt.NDArray[Any]]) -> Offset:
     """Return the offset that was asked for, of points that come in parts."""
-    wanted = check_offset(source.offset)
+    wanted = check_offset(wanted)
     if not isinstance(wanted, str):
         return wanted
     low, high = np.full(3, np.inf), np.full(3, -np.inf)

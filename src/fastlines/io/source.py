@@ -16,7 +16,7 @@ from typing import Any, BinaryIO
 import numpy as np
 import numpy.typing as npt
 
-from ..arrays import FloatArray, list_rows
+from ..arrays import FloatArray, name_rows
 from ..errors import FileFormatError, InputError
 from ..geometry.offsets import Offset, offset_of
 from ..progress import ProgressCallback
@@ -284,12 +284,15 @@ class Source:
                 "promises end; its counts are wrong, or something was appended: write the file again"
             )
 
-    def radius(self, what: str, values: npt.NDArray[Any]) -> FloatArray:
-        """Return radii or thicknesses as float32; each must be finite and not negative."""
+    def radius(self, what: str, values: npt.NDArray[Any], first_row: int = 0) -> FloatArray:
+        """Return radii or thicknesses as float32; each must be finite and not negative.
+
+        Errors count the rows from the first one's number on.
+        """
         with np.errstate(over="ignore"):
             radius = values.astype(np.float32)
         bad = ~(np.isfinite(radius) & (radius >= 0))
         if bad.any():
-            rows = list_rows(bad.reshape(len(bad), -1).max(axis=1))
+            rows = name_rows(np.flatnonzero(bad.reshape(len(bad), -1).max(axis=1)) + first_row)
             raise self.error(f"the {what} must be finite and not negative (see {rows}); fix the file")
         return radius

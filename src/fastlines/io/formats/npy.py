@@ -21,10 +21,10 @@ from ...errors import FileFormatError
 from ...geometry.lines import Lines
 from ...geometry.offsets import NO_OFFSET, OFFSET, in_file
 from ...support.immutable import own
-from ..cut_lines import cut_lines
 from ..rounding import Rounding
 from ..segment_collector import offset_for
 from ..source import Source, reason
+from ..stored_array import StoredArray
 
 _HEADER_READERS = {(1, 0): npy_format.read_array_header_1_0, (2, 0): npy_format.read_array_header_2_0}
 
@@ -34,16 +34,19 @@ def read(source: Source, invalid: str) -> Lines:
     return Lines.from_segments(read_array(source), offset=source.offset, invalid=invalid)
 
 
-def read_chunks(source: Source, max_segments: int, invalid: str) -> Iterator[Lines]:
-    """Read a ``.npy`` file in chunks; arrays that are stored in columns are read whole."""
+def read_chunks(source: Source, max_segments: int, invalid: str) -> Iterator[Lines] | None:
+    """Read a ``.npy`` file in chunks, unless its array is stored in columns or is of another shape."""
     dtype, shape, in_columns, at = _read_header(source, source.open())
     if in_columns or shape[1:] not in ((2, 3), (6,)):
-        yield from cut_lines(read(source, invalid), max_segments)
-        return
+        return None
     segments = source.stored("numbers", dtype, shape, at=at)
     source.finish()
+    return _chunks(source, segments, max_segments, invalid)
+
+
+def _chunks(source: Source, segments: StoredArray, max_segments: int, invalid: str) -> Iterator[Lines]:
     starts = range(0, max(len(segments), 1), max_segments)
-    offset = offset_for(source, (segments[at : at + max_segments].reshape(-1, 3) for at in starts))
+    offset = offset_for(source.offset, (segments[at : at + max_segments].reshape(-1, 3) for at in starts))
     rounding = Rounding()
     for at in starts:
         rows = segments[at : at + max_segments]
