@@ -127,5 +127,5 @@ def _chunks(sources: list[str], format: str | None, texts: list[str] | None, **h
 def _described(forest: fl.Forest) -> str:
     """Return what a forest holds, in words."""
     stats = forest.stats()
-    tiles, size = counted(stats["n_tiles"], "tiles"), bytes_text(stats["n_bytes"])
+    tiles, size = counted(stats["n_tiles"], "tiles"), bytes_text(stats["file_bytes"])
     return f"{forest.geometry.count_text()}, {tiles}, {size}"

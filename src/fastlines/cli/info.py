@@ -178,7 +178,7 @@ def _text(key: str, value: Any) -> str:
         return " to ".join(_text("", corner) for corner in value)
     if key == "attributes" and isinstance(value, dict):
         return ", ".join(f"{name} ({kind})" for name, kind in value.items()) or "none"
-    if key == "memory_bytes":
+    if key in ("memory_bytes", "file_bytes"):
         return bytes_text(value)
     if isinstance(value, list):
         return "(" + ", ".join(_text("", item) for item in value) + ")" if value else "none"
