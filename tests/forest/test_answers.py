@@ -133,11 +133,9 @@ def test_a_tile_that_was_built_again(forest: fl.Forest, scene: tuple[fl.Lines, f
 
 
 def test_little_memory(forest: fl.Forest, scene: tuple[fl.Lines, fl.Tree]) -> None:
-    from fastlines.forest.tile_store import size_of
-
     lines, tree = scene
     asked = rays(lines) | {"radius": 0.1}
-    small = fl.Forest(forest.path, memory=max(map(size_of, forest.manifest.tiles)))
+    small = fl.Forest(forest.path, memory=max(tile.n_bytes for tile in forest.manifest.tiles))
     assert_same(small.first_hit(**asked), tree.first_hit(**asked))
     assert_same(small.all_hits(**asked), tree.all_hits(**asked))
 
