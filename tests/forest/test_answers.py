@@ -133,11 +133,9 @@ def test_a_tile_that_was_built_again(forest: fl.Forest, scene: tuple[fl.Lines, f
 
 
 def test_little_memory(forest: fl.Forest, scene: tuple[fl.Lines, fl.Tree]) -> None:
-    from fastlines.forest.tile_store import size_of
-
     lines, tree = scene
     asked = rays(lines) | {"radius": 0.1}
-    small = fl.Forest(forest.path, memory=max(map(size_of, forest.manifest.tiles)))
+    small = fl.Forest(forest.path, memory=max(tile.n_bytes for tile in forest.manifest.tiles))
     assert_same(small.first_hit(**asked), tree.first_hit(**asked))
     assert_same(small.all_hits(**asked), tree.all_hits(**asked))
 
@@ -171,3 +169,16 @@ def test_queries_are_checked_as_those_of_a_tree(forest: fl.Forest, scene: tuple[
         with pytest.raises(fl.InputError) as of_tree:
             tree.first_hit(**asked)
         assert str(of_forest.value).replace("ForestGeometry", "Lines") == str(of_tree.value)
+
+
+def test_without_the_radius_of_the_lines(tmp_path: Path) -> None:
+    lines = scenes()["thick"][0]
+    tree = fl.build(lines, own_radius=False)
+    asked = rays(lines) | {"radius": 0.1}
+    written = write_forest(lines, tmp_path / "written", tiles_of(lines, 3), own_radius=False)
+    built = fl.build_forest(lines, tmp_path / "built", max_segments=100, own_radius=False)
+    for forest in (written, built):
+        assert_same(forest.all_hits(**asked), tree.all_hits(**asked))
+        assert forest.geometry.needs_radius
+        with pytest.raises(fl.InputError, match="own_radius is the same in all tiles"):
+            forest.rebuild(0, own_radius=True)
