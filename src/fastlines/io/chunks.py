@@ -104,13 +104,16 @@ def _chunks(
 ) -> Iterator[Lines]:
     with reporting(progress, "read") as callback, open_source(path, row, callback) as source:
         source.offset = offset
-        if not hasattr(row.code, "read_chunks"):
+        streams = hasattr(row.code, "read_chunks")
+        with parsing(row, source):
+            found = row.code.read_chunks(source, max_segments, "skip", **options) if streams else None
+        if found is None:
             lines = straight(source, parse(row, source, invalid, options))
             warn_of_oddities(source)
             yield from cut_lines(lines, max_segments)
             return
         so_far = _SoFar()
-        with closing(row.code.read_chunks(source, max_segments, "skip", **options)) as chunks:
+        with closing(found) as chunks:
             while True:
                 with parsing(row, source):
                     chunk = next(chunks, None)
