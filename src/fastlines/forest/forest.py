@@ -25,8 +25,10 @@ from ..support.texts import bytes_text, counted
 from .geometry import ForestGeometry
 from .index import Index
 from .manifest import ADVICE, Manifest
+from .ray_backend import ForestRays
 from .tile_files import manifest_of_tree, next_name, write_tile
 from .tile_store import TileStore, read_tile
+from .top_tree import TopTree
 
 
 class Forest(RayQueries, ProximityQueries):
@@ -136,9 +138,7 @@ class Forest(RayQueries, ProximityQueries):
     # --- Queries ---
 
     @computed_once
-    def _top(self) -> Any:
-        from .top_tree import TopTree
-
+    def _top(self) -> TopTree:
         return TopTree(self.manifest.boxes, self.manifest.max_radius, self.manifest.frame)
 
     def _query(self, kernel: str, given: RayArguments) -> Query:
@@ -153,9 +153,7 @@ class Forest(RayQueries, ProximityQueries):
         """Return what answers checked rays."""
         if self._is_file:
             return self._store.open(0).tree._backend(kernel, rays)
-        from .ray_backend import ForestRays
-
-        backend: Backend = ForestRays(self._store, self._top, kernel)
+        backend = ForestRays(self._store, self._top, kernel)
         return IgnoringBackend(backend) if rays.ignored else backend
 
     def _point_query(self, given: PointArguments) -> PointQuery:
