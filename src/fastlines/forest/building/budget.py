@@ -23,7 +23,7 @@ class BuildTuning:
     """
 
     process: int = 100_000_000
-    tile: int = 180
+    tile: int = 150
     tile_row: int = 2
     chunk: int = 30
     chunk_row: int = 3
