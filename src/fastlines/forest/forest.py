@@ -32,8 +32,10 @@ from .mapping.mapped_points import MappedPoints
 from .mapping.mapped_rays import MappedRays
 from .mapping.mapping import Mapping
 from .mapping.where import mapping_of
+from .ray_backend import ForestRays
 from .tile_files import manifest_of_tree, next_name, write_tile
 from .tile_store import TileStore, read_tile
+from .top_tree import TopTree
 
 
 class Forest(RayQueries, ProximityQueries):
@@ -188,9 +190,7 @@ class Forest(RayQueries, ProximityQueries):
         return made
 
     @computed_once
-    def _top(self) -> Any:
-        from .top_tree import TopTree
-
+    def _top(self) -> TopTree:
         return TopTree(self.manifest.boxes, self.manifest.max_radius, self.manifest.frame)
 
     def _query(self, kernel: str, given: RayArguments) -> Query:
@@ -210,8 +210,6 @@ class Forest(RayQueries, ProximityQueries):
         """Return what answers checked rays."""
         if self._is_file:
             return self._store.open(0).tree._backend(kernel, rays)
-        from .ray_backend import ForestRays
-
         backend: Backend = ForestRays(self._store, self._top, kernel)
         return IgnoringBackend(backend, self.geometry) if rays.ignored else backend
 

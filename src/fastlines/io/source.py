@@ -131,11 +131,15 @@ class Source:
         """Return the first bytes; fewer if there are no more."""
         return self.open().read(n_bytes)
 
+    def read(self, at: int, n_bytes: int) -> bytes:
+        """Return bytes from a place on; fewer if there are no more."""
+        file = self.open()
+        file.seek(at)
+        return file.read(n_bytes)
+
     def end(self, n_bytes: int) -> bytes:
         """Return the last bytes; fewer if there are no more."""
-        file = self.open()
-        file.seek(max(0, self.size - n_bytes))
-        return file.read(n_bytes)
+        return self.read(max(0, self.size - n_bytes), n_bytes)
 
     def pieces(self, at: int = 0) -> Iterator[bytes]:
         """Yield the bytes from a place on, piece by piece."""

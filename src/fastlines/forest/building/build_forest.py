@@ -97,15 +97,12 @@ def build_forest(
 
     Examples
     --------
-    >>> import tempfile
-    >>> import numpy as np
+    >>> import os, tempfile
     >>> import fastlines as fl
-    >>> chunks = ([[[[x, y, 0], [x + 1, y, 0]] for x in range(10)] for y in range(10)])
-    >>> forest = fl.build_forest(iter(chunks), tempfile.mkdtemp(), max_segments=30)
+    >>> chunks = ([[[x, y, 0], [x + 1, y, 0]] for x in range(10)] for y in range(10))
+    >>> forest = fl.build_forest(chunks, os.path.join(tempfile.mkdtemp(), "grid"), max_segments=30)
     >>> forest.n_prims, forest.n_tiles
     (100, 4)
-    >>> print(forest.first_hit([5.5, 5, 9], [0, 0, -1], 0.1).prim)
-    55
     """
     choice("invalid", invalid, INVALID)
     wanted = check_offset(offset)
