@@ -28,9 +28,9 @@ using ListArrays = std::tuple<Input<std::int64_t>, Input<std::int64_t>, Input<st
                               std::optional<Input<float>>, std::optional<Input<float>>>;
 
 /// Offsets, primitives, distances and s; these are empty where the parts have none.
-using ListTuple = std::tuple<Output<std::int64_t>, Output<std::int64_t>, Output<float>, Output<float>>;
+using NearLists = std::tuple<Output<std::int64_t>, Output<std::int64_t>, Output<float>, Output<float>>;
 
-ListTuple merged_lists(std::size_t n_points, const std::vector<ListArrays>& lists, bool has_distance,
+NearLists merged_lists(std::size_t n_points, const std::vector<ListArrays>& lists, bool has_distance,
                        unsigned n_threads, nb::object progress) {
   std::vector<PartLists> parts;
   for (const auto& [points, offsets, prims, distance, s] : lists)
