@@ -94,5 +94,5 @@ def test_help():
     assert "verify" in done("forest", "--help")
     for command in ("build", "info", "verify", "query", "render", "nearest", "within", "pairs"):
         shown = done("forest", command, "-h")
-        assert f"fastlines forest {command}" in shown
+        assert f"forest {command}" in shown
         assert "Examples" in shown

@@ -18,7 +18,7 @@ from .. import scenes
 from ..builder import build
 from ..camera import Camera
 from ..errors import FileWarning, InputError
-from ..forest.forest import Forest
+from ..forest.forest import AnyTree, Forest
 from ..forest.manifest import BUILDING, FILE
 from ..forest.mapping.connect import connected
 from ..geometry.any_geometry import AnyGeometry
@@ -43,7 +43,7 @@ class Source:
 
     name: str
     geometry: AnyGeometry
-    tree: Tree | Forest | None = None
+    tree: AnyTree | None = None
     scene: scenes.Scene | None = None
     format: Format | None = None
 
@@ -117,7 +117,7 @@ def is_forest(text: str) -> bool:
     return any((Path(text) / name).exists() for name in (FILE, BUILDING))
 
 
-def tree_of(source: Source) -> Tree | Forest:
+def tree_of(source: Source) -> AnyTree:
     """Return the tree of an input, or build one; its layout is made, so that queries alone can be timed."""
     tree = source.tree or build(source.geometry, progress=show_progress())
     if isinstance(tree, Tree):

@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy.typing as npt
 
+from ..forest.forest import AnyTree
 from ..query.rays import seen_of
 from ..rendering.suitable_radius import least_radius, some_rays
-from ..tree import Tree
 from .files import note
 
 #: The radius may be too small if less than this fraction of the rays that cross the box of the lines hit.
@@ -16,7 +16,7 @@ FEW = 0.01
 
 
 def hint_at_radius(
-    tree: Tree,
+    tree: AnyTree,
     origins: npt.ArrayLike,
     directions: npt.ArrayLike,
     radius: float,

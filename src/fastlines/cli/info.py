@@ -72,6 +72,7 @@ def info(
         typer.echo(json.dumps(installed, indent=2) if as_json else installation_text(installed))
         return
     opened = open_input(source, True, format, option, own_radius)
+    assert not isinstance(opened.tree, fl.Forest)  # which is refused
     is_quick = len(opened.geometry) > QUICK and not full
     facts: dict[str, Any] = {"name": opened.name, "format": opened.format and opened.format.description}
     about = facts[opened.geometry.heading] = opened.geometry.summary()

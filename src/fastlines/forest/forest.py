@@ -6,9 +6,9 @@ import contextlib
 import copy
 import os
 from pathlib import Path
-from typing import Any, cast
+from typing import Any, TypeAlias, cast
 
-from ..arrays import choice, count, instance, is_on_device
+from ..arrays import FloatArray, choice, count, instance, is_on_device
 from ..errors import FileFormatError, InputError
 from ..geometry.any_geometry import AnyGeometry
 from ..progress import ProgressCallback, ProgressOption, reporting
@@ -28,6 +28,7 @@ from ..query.rays import RayBatch, require_radius
 from ..query.wrappers.ignore import IgnoringBackend
 from ..support.computed_once import computed_once
 from ..support.texts import bytes_text, counted
+from ..tree import Tree
 from .box_search import find_in_boxes
 from .geometry import ForestGeometry
 from .index import Index
@@ -129,6 +130,22 @@ class Forest(RayQueries, ProximityQueries, PairQueries, BoxQueries):
     def n_tiles(self) -> int:
         """The number of tiles."""
         return len(self._store)
+
+    @property
+    def box(self) -> FloatArray:
+        """The box of all axes, (2, 3): its lowest and its highest corner."""
+        return self.manifest.bounds
+
+    @property
+    def backend(self) -> str:
+        """What answers queries: "cpu"."""
+        return "cpu"
+
+    def without_offset(self) -> Forest:
+        """Return the forest of the same lines without their offset: rays and points are then less it."""
+        made = copy.copy(self)
+        made.geometry = self.geometry.without_offset()
+        return made
 
     @property
     def _n_bytes(self) -> int:
@@ -317,6 +334,10 @@ class Forest(RayQueries, ProximityQueries, PairQueries, BoxQueries):
         with contextlib.suppress(OSError):  # where it is mapped, it may have to stay
             (self.path / old.file).unlink()
         return Forest(self.path, memory=self._store.memory, verify=self._store.verify)
+
+
+#: What answers queries: one tree, or a forest.
+AnyTree: TypeAlias = Tree | Forest
 
 
 def _opened(path: str, memory: int | None, verify: bool | None) -> Forest:

@@ -14,6 +14,7 @@ from ..arrays import AnyArray, FloatArray, IntArray
 from ..errors import InputError
 from ..geometry.any_geometry import AnyGeometry, CoreData
 from ..geometry.hit_places import Float64Array, HitPlaces
+from ..geometry.offsets import OFFSET
 from ..geometry.smooth_tangents import smooth_tangents
 from ..support.computed_once import computed_once
 from ..support.distinct import distinct
@@ -39,12 +40,13 @@ class ForestGeometry(AnyGeometry):
     store, index
     """
 
-    def __init__(self, store: TileStore, index: Index) -> None:
-        self.store, self.index = store, index
+    def __init__(self, store: TileStore, index: Index, has_offset: bool = True) -> None:
+        self.store, self.index, self._has_offset = store, index, has_offset
 
     def __reduce__(self) -> tuple[Any, ...]:
         store = self.store
-        return partial(open_geometry, memory=store.memory, verify=store.verify), (os.fspath(store.folder),)
+        how: dict[str, Any] = {"memory": store.memory, "verify": store.verify, "has_offset": self._has_offset}
+        return partial(open_geometry, **how), (os.fspath(store.folder),)
 
     @property
     def manifest(self) -> Manifest:
@@ -177,11 +179,8 @@ class ForestGeometry(AnyGeometry):
     def smooth_tangents_at(self, prim: IntArray, u: FloatArray, tangents: FloatArray) -> FloatArray:
         """See `AnyGeometry`; the neighbours of a segment may be in other tiles."""
         gathered = distinct(np.clip(np.concatenate([prim - 1, prim, prim + 1]), 0, len(self) - 1))
-        ends = np.empty((len(gathered), 2, 3), np.float32)
-        for end in (0, 1):
-            ends[:, end] = self.axis_points(gathered, np.full(len(gathered), float(end)))
         at = np.searchsorted(gathered, prim)
-        return smooth_tangents(ends, self.strands_of(gathered), at, u, tangents)
+        return smooth_tangents(self.ends_of(gathered), self.strands_of(gathered), at, u, tangents)
 
     def axis_points(self, prim: IntArray, u: AnyArray) -> Float64Array:
         """See `AnyGeometry`."""
@@ -290,7 +289,21 @@ class ForestGeometry(AnyGeometry):
     def metadata(self) -> Mapping[str, Any]:  # type: ignore[override]
         """See `AnyGeometry`."""
         found: Mapping[str, Any] = self.manifest.facts.get("metadata") or {}
-        return found
+        return found if self._has_offset else {name: value for name, value in found.items() if name != OFFSET}
+
+    def without_offset(self) -> ForestGeometry:
+        """See `AnyGeometry`."""
+        return ForestGeometry(self.store, self.index, has_offset=False)
+
+    def ends_of(self, prim: IntArray) -> FloatArray:
+        """Return both ends of some segments, (m, 2, 3)."""
+        ends = [self.axis_points(prim, np.full(len(prim), float(end))) for end in (0, 1)]
+        return np.stack(ends, axis=1).astype(np.float32)
+
+    def first_directions_of(self, prim: IntArray) -> FloatArray:
+        """Return the direction at the start of some segments, of any length, (m, 3)."""
+        ends = self.ends_of(prim)
+        return ends[:, 1] - ends[:, 0]
 
     def summary(self) -> dict[str, Any]:
         """See `AnyGeometry`."""
@@ -326,8 +339,10 @@ def number_in(tile: Tile, prim: IntArray) -> IntArray:
     return prim if tile.ids is None else np.searchsorted(tile.ids, prim)
 
 
-def open_geometry(folder: str, memory: int | None = None, verify: bool | None = None) -> ForestGeometry:
+def open_geometry(
+    folder: str, memory: int | None = None, verify: bool | None = None, has_offset: bool = True
+) -> ForestGeometry:
     """Return the geometry of the forest in a folder."""
     manifest = Manifest.read(folder)
     store = TileStore(folder, manifest, memory, verify)
-    return ForestGeometry(store, Index.read(folder, manifest.n_prims, manifest.index, verify))
+    return ForestGeometry(store, Index.read(folder, manifest.n_prims, manifest.index, verify), has_offset)

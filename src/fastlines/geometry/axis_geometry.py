@@ -321,7 +321,7 @@ class AxisGeometry(AnyGeometry):
 
     def first_directions_of(self, prim: IntArray) -> FloatArray:
         """Return the direction at the start of some segments or curves, of any length, (m, 3)."""
-        return self.control_points[prim, 1] - self.control_points[prim, 0]
+        return np.asarray(self.control_points[prim, 1] - self.control_points[prim, 0])
 
     def begins(self) -> npt.NDArray[np.bool_]:
         """See `AnyGeometry`."""

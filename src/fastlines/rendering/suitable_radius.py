@@ -9,9 +9,9 @@ import numpy as np
 import numpy.typing as npt
 
 from ..camera import Camera
+from ..forest.forest import AnyTree
 from ..support.distinct import distinct
 from ..support.vectors import is_point
-from ..tree import Tree
 from .shading.depth_tone import pixel_size
 
 #: A radius suits a query if at least this fraction of the rays that cross the box of the lines hit.
@@ -26,7 +26,7 @@ DOT = 1 / 20
 TRIED, LEAST = 4096, 100
 
 
-def suitable_radius(tree: Tree, camera: Camera) -> float:
+def suitable_radius(tree: AnyTree, camera: Camera) -> float:
     """Return the least of the radii 1, 2, 5, 10 … with which lines look closed where they are dense.
 
     With it, `CLOSED` of the rays of a picture hit that hit with the radius `COARSE`. It is not less than `THINNEST` and
@@ -81,7 +81,7 @@ def round_number(number: float) -> float:
     return min(round_numbers(number / 10, number * 10), key=lambda other: abs(math.log(other / number)))
 
 
-def some_rays(tree: Tree, origins: npt.ArrayLike, directions: npt.ArrayLike, **bounds: Any) -> Any:
+def some_rays(tree: AnyTree, origins: npt.ArrayLike, directions: npt.ArrayLike, **bounds: Any) -> Any:
     """Return some of the rays that cross the box of the lines; None if they are too few."""
     origins, directions = (np.reshape(a, (-1, 3)) for a in np.broadcast_arrays(origins, directions))
     if len(origins) < LEAST or tree.n_prims == 0:
@@ -93,7 +93,7 @@ def some_rays(tree: Tree, origins: npt.ArrayLike, directions: npt.ArrayLike, **b
     return (origins[crossing], directions[crossing]) if crossing.sum() >= LEAST else None
 
 
-def least_radius(tree: Tree, rays: Any, radius: float, **asked: Any) -> tuple[float | None, float]:
+def least_radius(tree: AnyTree, rays: Any, radius: float, **asked: Any) -> tuple[float | None, float]:
     """Return the least round radius above a given one with which enough of the rays hit, and which share does."""
     size = float(np.ptp(tree.box, axis=0).max())
     for larger in round_numbers(max(radius, 1e-6 * size), size):

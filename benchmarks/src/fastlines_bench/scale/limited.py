@@ -56,7 +56,8 @@ def ask(folder: str, memory: int | None, n_rays: int, answers: str) -> dict[str,
     from .questions import QUESTIONS, columns_of
 
     forest = fl.Forest(folder, memory=memory)
-    seconds, kept = {}, {}
+    seconds: dict[str, float] = {}
+    kept: dict[str, Any] = {}
     for name, question in QUESTIONS.items():
         begin = time.perf_counter()
         found = question(forest, n_rays)
