@@ -99,7 +99,7 @@ def _exponents(points: list[dict[str, Any]]) -> tuple[str, str]:
 def _remove(forest: Any) -> None:
     import shutil
 
-    shutil.rmtree(forest.folder)
+    shutil.rmtree(forest.path)
 
 
 def draw_growth(figures: Figures, path: str | os.PathLike[str]) -> None:

@@ -85,7 +85,7 @@ def _cut_off(forest: Any, rays: Any, expected: Any) -> list[tuple[Any, ...]]:
     dask: Any = optional("dask", "Dask workers", "cluster")
     counts = {"the same answer": 0, "one clear error": 0, "another answer": 0}
     # By default a scheduler waits five minutes for a silent worker.
-    patience = dask.config.set({"distributed.scheduler.worker-ttl": "10s", "distributed.comm.timeouts.tcp": "10s"})
+    patience = dask.config.set({"distributed.scheduler.worker-ttl": "15s", "distributed.comm.timeouts.tcp": "15s"})
     with patience, Namespace() as space, local_client(distributed, 1, host=space.host) as client:
         worker = space.start_worker(client.scheduler.address)
         try:
