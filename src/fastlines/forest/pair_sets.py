@@ -26,6 +26,9 @@ class TileSets:
         self._store, self._top, self._geometry = store, top, geometry
         self._places: dict[int, Int32Array | None] = {}
 
+    def __len__(self) -> int:
+        return len(self._store)
+
     def boxes(self) -> FloatArray:
         """See `PairSets`."""
         facts = self._store.manifest
