@@ -5,16 +5,21 @@ from __future__ import annotations
 import contextlib
 import os
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from ..arrays import choice, count, instance, is_on_device
 from ..errors import FileFormatError, InputError
 from ..geometry.any_geometry import AnyGeometry
-from ..progress import ProgressOption, reporting
+from ..progress import ProgressCallback, ProgressOption, reporting
 from ..query.backend import KERNELS, Backend
+from ..query.proximity.backend import PointBackend
+from ..query.proximity.box_queries import BoxQueries, RowLists
+from ..query.proximity.pair_queries import PairQueries
+from ..query.proximity.pair_sets import PairSets
 from ..query.proximity.point_arguments import PointArguments
 from ..query.proximity.points import check_points
 from ..query.proximity.queries import PointQuery, ProximityQueries
+from ..query.proximity.regions import Regions
 from ..query.queries import Query, check_query
 from ..query.ray_arguments import RayArguments
 from ..query.ray_queries import RayQueries
@@ -22,16 +27,19 @@ from ..query.rays import RayBatch
 from ..query.wrappers.ignore import IgnoringBackend
 from ..support.computed_once import computed_once
 from ..support.texts import bytes_text, counted
+from .box_search import find_in_boxes
 from .geometry import ForestGeometry
 from .index import Index
 from .manifest import ADVICE, Manifest
+from .pair_sets import TileSets
+from .point_backend import ForestPoints
 from .ray_backend import ForestRays
 from .tile_files import manifest_of_tree, next_name, write_tile
 from .tile_store import TileStore, read_tile
 from .top_tree import TopTree
 
 
-class Forest(RayQueries, ProximityQueries):
+class Forest(RayQueries, ProximityQueries, PairQueries, BoxQueries):
     """Trees over the tiles of a scene, in a folder that `build_forest` makes; or one tree file.
 
     It has the queries of a `Tree`, and its answers are those of one tree over the whole scene, bit for bit. Ids,
@@ -164,16 +172,30 @@ class Forest(RayQueries, ProximityQueries):
         if self._is_file:
             return self._store.open(0).tree._backend(kernel, rays)
         backend = ForestRays(self._store, self._top, kernel)
-        return IgnoringBackend(backend) if rays.ignored else backend
+        return IgnoringBackend(backend, self.geometry) if rays.ignored else backend
 
     def _point_query(self, given: PointArguments) -> PointQuery:
         """Check the points, and choose the backend."""
-        if self._is_file:
-            return self._store.open(0).tree._point_query(given)
-        from .point_backend import ForestPoints  # type: ignore[import-not-found]
-
         points = check_points(self.geometry, self.manifest.frame, given)
-        return PointQuery(ForestPoints(self._store, self._top), points, self.geometry, given.progress)
+        return PointQuery(self._point_backend(), points, self.geometry, given.progress)
+
+    def _point_backend(self) -> PointBackend:
+        """Return what answers checked points."""
+        if self._is_file:
+            return self._store.open(0).tree._point_backend()
+        return ForestPoints(self._store, self._top)
+
+    def _find_in_boxes(self, regions: Regions, n_threads: int, progress: ProgressCallback | None) -> RowLists:
+        """List what is in checked boxes."""
+        if self._is_file:
+            return self._store.open(0).tree._find_in_boxes(regions, n_threads, progress)
+        return find_in_boxes(self._store, self._top, regions, n_threads, progress)
+
+    def _pair_sets(self) -> PairSets:
+        """Return what pairs are sought in."""
+        if self._is_file:
+            return self._store.open(0).tree._pair_sets()
+        return TileSets(self._store, self._top, cast(ForestGeometry, self.geometry))
 
     # --- Files ---
 
