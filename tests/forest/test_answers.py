@@ -112,6 +112,21 @@ def test_hits_in_parts(forest: fl.Forest, scene: tuple[fl.Lines, fl.Tree]) -> No
         assert np.concatenate([getattr(part, column) for part in parts]).tobytes() == getattr(whole, column).tobytes()
 
 
+def test_points(forest: fl.Forest, scene: tuple[fl.Lines, fl.Tree]) -> None:
+    lines, tree = scene
+    points = rays(lines)["origins"]
+    radius = np.random.default_rng(9).uniform(0, 0.5, len(points))
+    for to in ("axis", "surface"):
+        for k in (1, 4, 300):
+            got, expected = (of.nearest(points, k, to=to) for of in (forest, tree))
+            assert_same(got, expected, f"nearest {k} {to}")
+            assert got.points().tobytes() == expected.points().tobytes()
+        limited = {"max_distance": radius, "to": to, "ignore": np.arange(0, 300, 2)}
+        assert_same(forest.nearest(points, 3, **limited), tree.nearest(points, 3, **limited), to)
+        assert_same(forest.within(points, radius, to=to), tree.within(points, radius, to=to), to)
+        assert_same(forest.count_within(points, radius, to=to), tree.count_within(points, radius, to=to), to)
+
+
 def test_what_hits_say(forest: fl.Forest, scene: tuple[fl.Lines, fl.Tree]) -> None:
     lines, tree = scene
     asked: dict[str, Any] = rays(lines) | {"radius": 0.1, "at": "surface"}
