@@ -41,9 +41,8 @@ void for_each_route(const TopTree& top, const RayBatch& rays, std::size_t rays_p
       [&](std::vector<RouteStep>& steps, std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) {
           steps.clear();
-          const RoutedRay ray(rays[i], top.frame());
-          top.for_each_on_ray(ray, [&](std::uint32_t tile, float enter) {
-            const RouteStep step{tile, ray.earliest(enter)};
+          top.for_each_on_ray(top.routed(rays[i]), [&](std::uint32_t tile, float enter) {
+            const RouteStep step{tile, enter};
             std::size_t at = steps.size();
             steps.push_back(step);
             for (; at > 0 && comes_first(step, steps[at - 1]); --at) steps[at] = steps[at - 1];

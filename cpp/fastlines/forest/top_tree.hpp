@@ -1,20 +1,31 @@
 // The top tree of a forest: a wide tree over the boxes of its tiles. It finds the tiles that a ray, a point or a box
 // may have to do with. It is conservative, and decides no answer.
 //
-// All is computed in the frame of the forest. A ray is grown by its radius and eps (rays/ray.hpp), which cover the
-// roundings of the exact test and of the boxes, as in the traversal of a tree. Distances from points are less a margin
-// of 2⁻¹⁸·(4 + |p|∞), several times the eps of a point (query/proximity/point_query.hpp).
+// Rays are not prepared for it. With p = o − centre, and u the unit of the frame (1/scale), a ray enters and leaves the
+// box of a tile, grown by the largest radius there and by
+//
+//     G = reach·(1 + 2⁻¹⁶) + 2⁻¹⁶·(4·u + |p_x| + |p_y| + |p_z|) + 2·overhang·u,
+//
+// as floats in units of the caller say. The reach is ρ, and with a spread κ at most ρ + κ·(|p|₁ + h), where h is the
+// sum of the sides of the frame. The exact test of the prepared ray finds hits up to ρ + 2⁻²⁰·(3·u + |o'| + ρ) +
+// overhang·u from an axis, and t is off by no more than the tie tolerance, about 2⁻²⁰·(4·u + |p| + ρ) + overhang·u as a
+// length (rays/ray.hpp). So 2⁻¹⁶ covers these, and the roundings here, each at most 2⁻²⁴ of a term. No hit in the tile
+// has a smaller t than that where the ray enters.
+//
+// Distances from points are less a margin of 2⁻¹⁸·(4 + |p|∞) in the frame, several times the eps of a point
+// (query/proximity/point_query.hpp).
 #pragma once
 
 #include <bit>
+#include <cmath>
 #include <cstdint>
+#include <limits>
 #include <numeric>
 #include <span>
 #include <vector>
 
 #include "../rays/frame_of.hpp"
 #include "../rays/ray_batch.hpp"
-#include "../rays/spread_ray.hpp"
 #include "../simd/float_x16.hpp"
 
 namespace fastlines {
@@ -25,19 +36,12 @@ struct TileBox {
   float max_radius;
 };
 
-/// A ray, and the radius within which it looks for boxes, spread included; both in the frame.
-struct RoutedRay : Ray {
-  RoutedRay(const RayQuery& query, const Frame& frame) : Ray(prepare(query, frame)) {
-    if (query.spread > 0.0f) {
-      const SpreadInFrame spread(query.spread, o, r, t0, frame.scale);
-      radius += spread.growth;
-      eps += spread.cull_growth - spread.growth;
-      tie_tolerance += spread.tie_tolerance;
-    }
-  }
-
-  /// A lower bound, in units of the caller's ray, on the t of hits in what the ray enters at t in the frame.
-  float earliest(float enter) const { return t_ray(enter - 2.0f * tie_tolerance); }
+/// A ray on its way through the boxes of tiles, relative to the centre of the frame. t is in units of the caller's ray.
+struct RoutedRay {
+  float inverse[3];               ///< 1/d, up to the sign of d
+  float to_first[3], to_last[3];  ///< what is subtracted from the planes where the ray enters and leaves
+  bool back[3];                   ///< whether d is negative
+  float t_min, t_max;
 };
 
 class TopTree {
@@ -46,6 +50,12 @@ class TopTree {
     float max_radius = 0.0f;
     for (const TileBox& tile : tiles) max_radius = std::max(max_radius, tile.max_radius);
     frame_ = frame_of(frame_box, max_radius);
+    if (!frame_box.is_empty())
+      for (int k = 0; k < 3; ++k) sides_ += float(frame_box.side(k));
+    const float unit = 1.0f / frame_.scale;
+    sides_ = sides_ * (1.0f + kRelative) + max_radius;
+    margin_ =
+        (kRelative * 4.0f + 2.0f * frame_.overhang) * unit + kRelative * max_radius + std::numeric_limits<float>::min();
     std::vector<std::uint32_t> order(tiles.size());
     std::iota(order.begin(), order.end(), 0u);
     nodes_.emplace_back();
@@ -55,29 +65,54 @@ class TopTree {
   std::size_t n_tiles() const { return tiles_.size(); }
   const Frame& frame() const { return frame_; }
 
-  /// Call visit(tile, enter) for each tile that the ray may have hits in, in no order; the ray enters its box at t =
-  /// `enter` in the frame.
+  /// A ray, ready for `for_each_on_ray`.
+  RoutedRay routed(const RayQuery& ray) const {
+    RoutedRay routed;
+    Vec3 p;
+    float far = 0.0f, longest = 0.0f;
+    for (int k = 0; k < 3; ++k) {
+      p[k] = ray.origin[k] - frame_.centre[k];
+      far += std::fabs(p[k]);
+      longest = std::max(longest, std::fabs(ray.direction[k]));
+    }
+    const float reach = ray.radius + ray.spread * (far + sides_);
+    const float grow = reach + kRelative * (reach + far) + margin_;
+    // A component that moves the ray by less than the margin counts as this much.
+    const float least = std::max(longest * 1e-12f, std::numeric_limits<float>::min());
+    for (int k = 0; k < 3; ++k) {
+      const float d = ray.direction[k];
+      routed.back[k] = d < 0.0f;
+      routed.inverse[k] = (routed.back[k] ? -1.0f : 1.0f) / std::max(std::fabs(d), least);
+      routed.to_first[k] = p[k] + (routed.back[k] ? -grow : grow);
+      routed.to_last[k] = p[k] + (routed.back[k] ? grow : -grow);
+    }
+    routed.t_min = ray.t_min;
+    routed.t_max = ray.t_max;
+    // What floats hold badly is routed everywhere.
+    if (!(longest > 1e-20f && longest < 1e20f && grow < 1e20f)) {
+      for (int k = 0; k < 3; ++k) {
+        routed.inverse[k] = 1.0f;
+        routed.back[k] = false;
+        routed.to_first[k] = kInfinity;
+        routed.to_last[k] = -kInfinity;
+      }
+    }
+    return routed;
+  }
+
+  /// Call visit(tile, enter) for each tile that the ray may have hits in, in no order; no hit there has a smaller t
+  /// than `enter`.
   template <class Visit>
   void for_each_on_ray(const RoutedRay& ray, Visit&& visit) const {
-    // As in a node of the wide layout (kernels/intersect/node_cull.hpp), with planes that are not quantised.
-    float inverse[3], near[3], far[3];
-    const float grow = ray.radius + ray.eps;
-    for (int k = 0; k < 3; ++k) {
-      const bool back = ray.r[k] < 0.0f;
-      inverse[k] = (back ? -1.0f : 1.0f) / std::max(std::fabs(ray.r[k]), 1e-18f);
-      near[k] = -(ray.o[k] + (back ? -grow : grow)) * inverse[k];
-      far[k] = ((back ? -grow : grow) - ray.o[k]) * inverse[k];
-    }
     std::uint32_t stack[kMaxStack] = {0};
     for (int n_stack = 1; n_stack > 0;) {
       const Node& node = nodes_[stack[--n_stack]];
-      FloatX16 enter = ray.t_min, leave = ray.limit;
+      FloatX16 enter = ray.t_min, leave = ray.t_max;
       for (int k = 0; k < 3; ++k) {
-        const bool back = ray.r[k] < 0.0f;
-        const FloatX16 first = FloatX16::load(back ? node.high[k] : node.low[k]);
-        const FloatX16 last = FloatX16::load(back ? node.low[k] : node.high[k]);
-        enter = max(enter, fma(first, FloatX16(inverse[k]), FloatX16(near[k])));
-        leave = min(leave, fma(last, FloatX16(inverse[k]), FloatX16(far[k])));
+        const FloatX16 first = FloatX16::load(ray.back[k] ? node.high[k] : node.low[k]);
+        const FloatX16 last = FloatX16::load(ray.back[k] ? node.low[k] : node.high[k]);
+        enter = max(enter, (first - FloatX16(ray.to_first[k])) * FloatX16(ray.inverse[k]));
+        leave = min(leave, (last - FloatX16(ray.to_last[k])) * FloatX16(ray.inverse[k]));
       }
       float at[kSimdWidth];
       enter.store(at);
@@ -140,8 +175,8 @@ class TopTree {
   const TileBox& tile(std::size_t i) const { return tiles_[i]; }
 
  private:
-  /// Up to 16 children, in the frame: boxes grown by radii, for rays; boxes and radii, for points. `tiles` is a mask of
-  /// the children that are tiles.
+  /// Up to 16 children: boxes grown by radii, relative to the centre of the frame, for rays; boxes and radii in the
+  /// frame, for points. `tiles` is a mask of the children that are tiles.
   struct alignas(64) Node {
     float low[3][kSimdWidth], high[3][kSimdWidth];
     float axis_low[3][kSimdWidth], axis_high[3][kSimdWidth], radius[kSimdWidth];
@@ -157,8 +192,8 @@ class TopTree {
       for (int k = 0; k < 3; ++k) {
         axis_low[k][n] = lo[k];
         axis_high[k][n] = hi[k];
-        low[k][n] = lo[k] - radius[n];
-        high[k][n] = hi[k] + radius[n];
+        low[k][n] = of.box.lo[k] - frame.centre[k] - of.max_radius;
+        high[k][n] = of.box.hi[k] - frame.centre[k] + of.max_radius;
       }
       child[n++] = child_;
     }
@@ -225,8 +260,11 @@ class TopTree {
                      });
   }
 
+  static constexpr float kRelative = 0x1p-16f;
   std::vector<TileBox> tiles_;
   Frame frame_;
+  float sides_ = 0.0f;   // the sum of the frame's sides, and the largest radius
+  float margin_ = 0.0f;  // of all rays
   std::vector<Node> nodes_;
 };
 
