@@ -102,6 +102,8 @@ def build_forest(
     >>> forest = fl.build_forest(chunks, os.path.join(tempfile.mkdtemp(), "grid"), max_segments=30)
     >>> forest.n_prims, forest.n_tiles
     (100, 4)
+    >>> print(forest.first_hit([5.5, 2, 9], [0, 0, -1], radius=0.1).prim)
+    25
     """
     choice("invalid", invalid, INVALID)
     wanted = check_offset(offset)
