@@ -109,9 +109,10 @@ def build_forest(
     wanted = check_offset(offset)
     if map is not None and not callable(map):
         raise InputError(f"map={map!r}; expected a function, such as executor.map")
-    budget = Budget(memory, max_segments)
+    # A tree of one segment shows what is wrong with the settings.
+    tree = build(np.zeros((1, 2, 3), np.float32), method, **settings)
+    budget = Budget(memory, max_segments, tree.settings)
     given = source_of(source)
-    named = build(np.zeros((1, 2, 3), np.float32), method, **settings).method
     journal = Journal(Path(folder))
     journal.begin(
         {
@@ -135,7 +136,7 @@ def build_forest(
             tasks = [TileTask(os.fspath(folder), i, rows, method, settings) for i, rows in enumerate(tiles)]
             facts = build_tiles(journal, tasks, map, _stage(callback, PARTITIONED, BUILT))
             index = index_tiles(journal, plan, tiles)
-            write_manifest(folder, plan.frame, facts, index, named, n_strands=plan.n_strands, facts=plan.facts)
+            write_manifest(folder, plan.frame, facts, index, tree.method, n_strands=plan.n_strands, facts=plan.facts)
     journal.clear()
     if is_built and given.is_stream:
         raise InputError(
