@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import gc
 import gzip
 import io
+import os
+import tracemalloc
 import zipfile
 from dataclasses import replace
 from itertools import pairwise
@@ -160,3 +163,108 @@ def test_damaged_files(tmp_path: Path, name: str) -> None:
         path.write_bytes(damaged[: rng.integers(len(data))] if rng.random() < 0.2 else damaged)
         check_either(path, 2)
         check_either(path, 2, invalid="skip")
+
+
+@pytest.mark.parametrize("dtype", ["<f4", ">f4", "<f8", "<f2", "<i8", "u1", "?"])
+@pytest.mark.parametrize("shape", [(30, 2, 3), (30, 6), (0, 6)])
+@pytest.mark.parametrize("options", [{}, {"offset": "auto"}, {"offset": [1000, 0.5, 2]}])
+def test_npy(tmp_path: Path, dtype: str, shape: tuple[int, ...], options: dict[str, object]) -> None:
+    values = np.random.default_rng(0).integers(0, 100, shape).astype(dtype)
+    np.save(tmp_path / "a.npy", values)
+    assert len(check_chunks(tmp_path / "a.npy", 7, **options)) == (5 if len(values) else 1)
+    np.save(tmp_path / "b.npy", np.asfortranarray(values))
+    check_chunks(tmp_path / "b.npy", 7, **options)
+    (tmp_path / "c.npy.gz").write_bytes(gzip.compress((tmp_path / "a.npy").read_bytes()))
+    check_chunks(tmp_path / "c.npy.gz", 7, **options)
+
+
+@pytest.mark.parametrize("place", [4e6, 4e7])
+def test_rounding_is_that_of_the_whole_file(tmp_path: Path, place: float) -> None:
+    points = np.random.default_rng(0).random((400, 2, 3)) * [1, 10, 100] + [0, place, 0]
+    points[5, 0, 0], points[100:200] = np.nan, 1e31
+    np.save(tmp_path / "a.npy", points)
+    assert len(check_chunks(tmp_path / "a.npy", 50, invalid="skip")) == 8
+    check_chunks(tmp_path / "a.npy", 50, invalid="skip", offset="auto")
+
+
+def test_the_error_of_a_chunk_counts_rows_of_the_file(tmp_path: Path) -> None:
+    segments = np.zeros((10, 2, 3))
+    segments[[5, 9]] = np.inf
+    np.save(tmp_path / "a.npy", segments)
+    chunks = fl.read_chunks(tmp_path / "a.npy", 4)
+    assert len(next(chunks)) == 4
+    with pytest.raises(fl.InputError, match=r"a\.npy: 1 of the first 8 segments hold NaN.*\(row 5\); fix them"):
+        next(chunks)
+
+
+NAMES = ["a.trk", "a.trk.gz", "a.tck", "a.trx", "a.npy", "a.npz"]
+
+
+def open_files() -> int:
+    return len(os.listdir("/proc/self/fd")) if Path("/proc/self/fd").exists() else 0
+
+
+@pytest.mark.filterwarnings("ignore::fastlines.FileWarning")
+@pytest.mark.parametrize("name", NAMES)
+def test_files_are_closed_when_reading_ends_early(tmp_path: Path, name: str) -> None:
+    fl.write(tmp_path / name, some_lines(200))
+    n_open = open_files()
+    chunks = fl.read_chunks(tmp_path / name, 10)
+    next(chunks)
+    chunks.close()
+    assert open_files() == n_open
+    for _ in fl.read_chunks(tmp_path / name, 10):
+        break
+    gc.collect()
+    assert open_files() == n_open
+    with pytest.raises(StopIteration):
+        next(chunks)
+
+
+@pytest.mark.usefixtures("small_pieces")
+@pytest.mark.filterwarnings("ignore::fastlines.FileWarning")
+@pytest.mark.parametrize("name", NAMES)
+def test_progress_rises_from_0_to_1(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str) -> None:
+    monkeypatch.setattr(trx, "PART", 50)
+    fl.write(tmp_path / name, some_lines(200))
+    shares: list[float] = []
+    n_before = []
+    for _ in fl.read_chunks(tmp_path / name, 50, progress=shares.append):
+        n_before.append(len(shares))
+    assert shares == sorted(shares)
+    assert (shares[0], shares[-1]) == (0, 1)
+    assert name == "a.npz" or n_before[0] < n_before[-1]
+
+
+@pytest.mark.usefixtures("small_pieces")
+@pytest.mark.filterwarnings("ignore::fastlines.FileWarning")
+@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("error", [ZeroDivisionError, fl.InputError, KeyboardInterrupt])
+def test_an_error_of_the_callback_ends_reading(tmp_path: Path, name: str, error: type[BaseException]) -> None:
+    fl.write(tmp_path / name, some_lines(200))
+    n_open = open_files()
+
+    def stop(share: float) -> None:
+        if share > 0.3:
+            raise error("stop")
+
+    with pytest.raises(error, match=r"^stop$"):
+        list(fl.read_chunks(tmp_path / name, 10, progress=stop))
+    assert open_files() == n_open
+
+
+@pytest.mark.filterwarnings("ignore::fastlines.FileWarning")
+def test_memory_is_that_of_a_chunk(tmp_path: Path) -> None:
+    points = np.random.default_rng(0).random((400_000, 3), np.float32)
+    lines = fl.Lines.from_points(points, [100] * 4000)
+    for name in ("a.trk", "a.trk.gz", "a.tck", "a.trx", "a.npy"):
+        fl.write(tmp_path / name, lines)
+        list(fl.read_chunks(tmp_path / name, 20_000))
+        tracemalloc.start()
+        try:
+            for chunk in fl.read_chunks(tmp_path / name, 20_000):
+                assert len(chunk) <= 20_000
+            peak = tracemalloc.get_traced_memory()[1]
+        finally:
+            tracemalloc.stop()
+        assert peak < 14e6 < lines.segments.nbytes * 1.5, name

@@ -8,6 +8,8 @@ import numpy as np
 import numpy.typing as npt
 
 from ..arrays import COARSE, COORDINATE_LIMIT, FloatArray, warn_of_loss
+from ..geometry.offsets import NO_OFFSET, Offset
+from ..support.immutable import own
 
 
 class Rounding:
@@ -24,23 +26,26 @@ class Rounding:
         self._low, self._high = np.full(3, np.inf), np.full(3, -np.inf)
         self._lost = 0.0
 
-    def to_float32(self, points: npt.NDArray[Any]) -> FloatArray:
-        """Return points (n, 3) in float32."""
+    def to_float32(self, points: npt.NDArray[Any], offset: Offset = NO_OFFSET) -> FloatArray:
+        """Return points (n, 3), less an offset in float64, in float32."""
+        if offset != NO_OFFSET:
+            points = points - np.array(offset)
         with np.errstate(over="ignore"):  # infinite coordinates are reported with their rows
             rounded = points.astype(np.float32, copy=False)
-        if rounded.dtype == points.dtype or not len(points):
+        if rounded is points or not len(points):
             return rounded
-        low, high = _extremes(points)
+        rounded = own(rounded)
+        low, high, kept = *_extremes(points), rounded
         if not (low.min() >= -COORDINATE_LIMIT and high.max() <= COORDINATE_LIMIT):
             good = np.abs(rounded).max(axis=1) <= COORDINATE_LIMIT
             if not good.any():
                 return rounded
-            low, high = _extremes(points[good])
+            points, kept = points[good], rounded[good]
+            low, high = _extremes(points)
         self._low, self._high = np.minimum(self._low, low), np.maximum(self._high, high)
         # Compare the points only if they are so far from zero, for their size, that it can matter.
         if not max(-low.min(), high.max()) * 2.0**-24 <= (high - low).max() * COARSE:
-            lost = np.abs(points.astype(np.float64) - rounded)
-            self._lost = max(self._lost, float(lost[np.abs(rounded) <= COORDINATE_LIMIT].max(initial=0)))
+            self._lost = max(self._lost, float(np.abs(points.astype(np.float64) - kept).max()))
         return rounded
 
     def warn(self) -> None:

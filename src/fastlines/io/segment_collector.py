@@ -16,7 +16,6 @@ from ..geometry.strand_attributes import with_strand_values
 from ..support.distinct import distinct
 from ..support.immutable import own
 from .rounding import Rounding
-from .source import Source
 
 #: About how many points are joined at a time.
 PART = 1 << 16
@@ -145,9 +144,7 @@ class _Chunk:
         start, stop = self._n_segments, self._n_segments + int(_n_segments(sizes).sum())
         if stop > (n_rows := len(self._segments)):
             self._resize(max(stop, n_rows + n_rows // 2))
-        if self._offset != NO_OFFSET:
-            points = points - np.array(self._offset)
-        self._segments[start:stop] = neighbours(self._rounding.to_float32(points), sizes)
+        self._segments[start:stop] = neighbours(self._rounding.to_float32(points, self._offset), sizes)
         for name, array in strands.values.items():
             self._values[name][start:stop] = neighbours(array, sizes)
         for name, array in strands.per_strand.items():
@@ -178,14 +175,14 @@ def _n_segments(counts: IntArray) -> IntArray:
     return np.where(counts > 1, counts - 1, counts)
 
 
-def offset_for(source: Source, parts: Iterable[npt.NDArray[np.floating]]) -> Offset:
+def offset_for(wanted: Offset | str | None, parts: Iterable[npt.NDArray[Any]]) -> Offset:
     """Return the offset that was asked for, of points that come in parts."""
-    wanted = check_offset(source.offset)
+    wanted = check_offset(wanted)
     if not isinstance(wanted, str):
         return wanted
     low, high = np.full(3, np.inf), np.full(3, -np.inf)
     for points in parts:
-        usable = points[(np.abs(points) <= COORDINATE_LIMIT).all(axis=1)]
+        usable = points[(np.abs(points) <= COORDINATE_LIMIT).all(axis=1)].astype(np.float64)
         low, high = (
             np.minimum(low, usable.min(axis=0, initial=np.inf)),
             np.maximum(high, usable.max(axis=0, initial=-np.inf)),

@@ -64,7 +64,7 @@ def read_chunks(source: Source, max_segments: int | None, invalid: str) -> Itera
         _check_end(source, start, type_name, is_guess, streamlines)
         _check_count(source, fields.get("count", []), n_found, n_empty, streamlines)
 
-    offset = offset_for(source, (points for points, _ in streamlines))
+    offset = offset_for(source.offset, (points for points, _ in streamlines))
     like = Strands(np.empty((0, 3), dtype), NO_STRANDS, {}, {})
     yield from lines_of(parts(), like, source.size // (3 * dtype.itemsize), offset, {}, max_segments, invalid)
 

@@ -86,7 +86,7 @@ def read_chunks(source: Source, max_segments: int | None, invalid: str) -> Itera
         _check(source, header["n_streamlines"], streamlines)
 
     like = strands(np.empty((0, 3 + n_scalars), np.float32), np.empty((0, n_properties), np.float32), NO_STRANDS)
-    offset = offset_for(source, (strands(*part).points for part in streamlines))
+    offset = offset_for(source.offset, (strands(*part).points for part in streamlines))
     n_points = source.size // (4 * (3 + n_scalars))
     orientation = {name: header[name] for name in _ORIENTATION if any(header[name])}
     if "storage_order" in orientation:

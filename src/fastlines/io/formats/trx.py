@@ -112,7 +112,7 @@ def read_chunks(
             {name: values[:][rows] for name, values in per_point.items()},
             {name: values[:][chosen] for name, values in per_strand.items()},
         )
-        offset = offset_for(source, [whole.points])
+        offset = offset_for(source.offset, [whole.points])
         parts, like = whole.parts(), whole.split(0)[0]
     else:
         if len(groups) > MAX_GROUPS:
@@ -130,7 +130,7 @@ def read_chunks(
             return Strands(points[rows], offsets[strands], values, {name: v[strands] for name, v in columns.items()})
 
         starts = range(0, n_points, PART)
-        offset = offset_for(source, (points[start : start + PART] for start in starts))
+        offset = offset_for(source.offset, (points[start : start + PART] for start in starts))
         parts, like = (part(*place) for place in offsets.parts(PART)), part(slice(0), slice(0))
     yield from lines_of(parts, like, n_points, offset, metadata, max_segments, invalid)
 
