@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import pickle
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from functools import cache
+from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
@@ -110,6 +112,21 @@ def test_hits_in_parts(forest: fl.Forest, scene: tuple[fl.Lines, fl.Tree]) -> No
         assert np.concatenate([getattr(part, column) for part in parts]).tobytes() == getattr(whole, column).tobytes()
 
 
+def test_points(forest: fl.Forest, scene: tuple[fl.Lines, fl.Tree]) -> None:
+    lines, tree = scene
+    points = rays(lines)["origins"]
+    radius = np.random.default_rng(9).uniform(0, 0.5, len(points))
+    for to in ("axis", "surface"):
+        for k in (1, 4, 300):
+            got, expected = (of.nearest(points, k, to=to) for of in (forest, tree))
+            assert_same(got, expected, f"nearest {k} {to}")
+            assert got.points().tobytes() == expected.points().tobytes()
+        limited = {"max_distance": radius, "to": to, "ignore": np.arange(0, 300, 2)}
+        assert_same(forest.nearest(points, 3, **limited), tree.nearest(points, 3, **limited), to)
+        assert_same(forest.within(points, radius, to=to), tree.within(points, radius, to=to), to)
+        assert_same(forest.count_within(points, radius, to=to), tree.count_within(points, radius, to=to), to)
+
+
 def test_what_hits_say(forest: fl.Forest, scene: tuple[fl.Lines, fl.Tree]) -> None:
     lines, tree = scene
     asked: dict[str, Any] = rays(lines) | {"radius": 0.1, "at": "surface"}
@@ -182,3 +199,31 @@ def test_without_the_radius_of_the_lines(tmp_path: Path) -> None:
         assert forest.geometry.needs_radius
         with pytest.raises(fl.InputError, match="own_radius is the same in all tiles"):
             forest.rebuild(0, own_radius=True)
+
+
+def test_threads_ask_at_the_same_time(tmp_path: Path) -> None:
+    lines, tree = scenes()["thick"]
+    forest = write_forest(lines, tmp_path / "forest", tiles_of(lines, 7))
+    largest = max(tile.n_bytes for tile in forest.manifest.tiles)
+    asked = rays(lines) | {"radius": 0.1, "at": "surface"}
+    expected = tree.all_hits(**asked)
+    for memory in (None, 2 * largest):
+        opened = fl.Forest(forest.path, memory=memory)
+        with ThreadPoolExecutor(4) as pool:
+            for got in pool.map(lambda _: opened.all_hits(**asked), range(8)):  # noqa: B023  # all end in this round
+                assert_same(got, expected)
+                assert got.normals().tobytes() == expected.normals().tobytes()
+
+
+def test_another_process_gives_the_same_answer(tmp_path: Path) -> None:
+    lines, tree = scenes()["bare"]
+    forest = write_forest(lines, tmp_path / "forest", tiles_of(lines, 3))
+    asked = rays(lines) | {"radius": 0.1}
+    with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as pool:
+        found = pool.submit(ask, forest, asked).result()
+    assert_same(found, tree.first_hit(**asked))
+    assert found.strand.tolist() == tree.first_hit(**asked).strand.tolist()
+
+
+def ask(forest: fl.Forest, asked: dict[str, Any]) -> fl.FirstHits:
+    return forest.first_hit(**asked)

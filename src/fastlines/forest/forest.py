@@ -152,7 +152,17 @@ class Forest(RayQueries, ProximityQueries, PairQueries, BoxQueries):
         return sum(tile.n_bytes for tile in self.manifest.tiles)
 
     def stats(self) -> dict[str, Any]:
-        """Return counts and sizes, ready for JSON."""
+        """Return counts and sizes, ready for JSON.
+
+        Examples
+        --------
+        >>> import tempfile
+        >>> import fastlines as fl
+        >>> segments = [[[x, 0, 0], [x, 1, 0]] for x in range(10)]
+        >>> stats = fl.build_forest(segments, tempfile.mkdtemp(), max_segments=5).stats()
+        >>> stats["n_prims"], stats["n_tiles"], stats["largest_tile"]
+        (10, 3, 4)
+        """
         sizes = [tile.n_prims for tile in self.manifest.tiles]
         return {
             "method": self.manifest.method,
@@ -309,6 +319,15 @@ class Forest(RayQueries, ProximityQueries, PairQueries, BoxQueries):
             Tiles count from 0.
         method, **settings
             As `build` takes them, but for `own_radius`.
+
+        Examples
+        --------
+        >>> import tempfile
+        >>> import fastlines as fl
+        >>> segments = [[[x, 0, 0], [x, 1, 0]] for x in range(10)]
+        >>> forest = fl.build_forest(segments, tempfile.mkdtemp(), max_segments=5)
+        >>> forest.rebuild(2, "bvh-ss").first_hit([7, 0.5, -1], [0, 0, 1], 0.1).prim
+        array(7)
         """
         if self._is_file:
             raise InputError(f"{self.path} is the file of one tree; build the tree again with fl.build, and save it")

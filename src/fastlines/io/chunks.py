@@ -1,4 +1,4 @@
-"""Reads files of lines in chunks of whole strands."""
+"""Reads files of lines in chunks of whole strands, so that they may be larger than memory."""
 
 from __future__ import annotations
 
@@ -47,16 +47,18 @@ def read_chunks(
     ends, as its rows do. So strand s of a chunk is strand ``s + sum(chunk.strands.max() + 1 for the chunks before)`` of
     the file, where chunks without strands count 0.
 
-    Files are read whole and cut.
+    Of streamlines (.trk, .tck, .trx), .npy, tables (Parquet, Arrow) and linear curves of USD, only a part of the file
+    is in memory: a chunk or two, and the longest strand; of USD, the largest prim. Files of other formats are read
+    whole and cut. So are tables of geometries, tables in which the numbers of strands do not rise, and cubic curves.
 
     Parameters
     ----------
     path : str or path-like
-        As of `read`.
+        As of `read`. A folder of Parquet files is one table.
     max_segments : int
         The most segments of a chunk. A longer strand is a chunk of its own.
     offset : "auto" or three numbers, optional
-        As of `read`; all chunks have the same one.
+        As of `read`; all chunks have the same one. ``"auto"`` reads a file once more.
     invalid : {"error", "skip"}
         As of `read`. ``skipped`` has rows of the chunk.
     format, progress, **options
@@ -104,7 +106,8 @@ def _chunks(
 ) -> Iterator[Lines]:
     with reporting(progress, "read") as callback, open_source(path, row, callback) as source:
         source.offset = offset
-        streams = hasattr(row.code, "read_chunks")
+        # Readers of others know of no offset.
+        streams = hasattr(row.code, "read_chunks") and (row.module is None or source.offset is None)
         with parsing(row, source):
             found = row.code.read_chunks(source, max_segments, "skip", **options) if streams else None
         if found is None:

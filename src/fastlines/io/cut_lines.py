@@ -81,8 +81,11 @@ def _pieces(strands: IntArray, max_segments: int) -> Iterator[tuple[int, int]]:
 
 def _slice(lines: Lines, first: int, last: int) -> Lines:
     """Return some of the lines, and the rows among them that were skipped."""
-    rows = np.append(lines.rows, len(lines) + len(lines.skipped))
-    start, stop = rows[first] if first else 0, rows[last]
+    skipped = lines.skipped
+    if len(skipped):
+        rows = np.append(lines.rows, len(lines) + len(skipped))
+        start, stop = rows[first] if first else 0, rows[last]
+        skipped = own(skipped[slice(*np.searchsorted(skipped, [start, stop]))] - start)
     part = slice(first, last)
     return replace(
         lines,
@@ -91,7 +94,7 @@ def _slice(lines: Lines, first: int, last: int) -> Lines:
         radius=None if lines.radius is None else lines.radius[part],
         attributes={name: values[part] for name, values in lines.attributes.items()},
         end_attributes={name: values[part] for name, values in lines.end_attributes.items()},
-        skipped=own(lines.skipped[slice(*np.searchsorted(lines.skipped, [start, stop]))] - start),
+        skipped=skipped,
     )
 
 

@@ -54,7 +54,9 @@ class Format:
         The full name of the module that reads and writes; by default, that of the format's name in
         `fastlines.io.formats`. It has ``read(source, invalid, **options)``, which returns lines, curves or a `Geometry`
         of several. If files are written, it has ``write(geometry, path, **options)``, which returns what the format
-        could not hold, as short texts. Options are keyword-only parameters.
+        could not hold, as short texts. If files are read in chunks, it has ``read_chunks(source, max_segments, invalid,
+        **options)``, which returns an iterator of `Lines`, or None if a file can only be read whole. Options are
+        keyword-only parameters.
 
     Raises
     ------

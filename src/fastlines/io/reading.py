@@ -53,6 +53,7 @@ def read(
     path : str or path-like
         A file with one of the extensions of `known_formats`, packed by gzip if ``.gz`` follows. A file of another
         extension is recognised by its first bytes, where its format has some of its own. A ``.trx`` may be a folder.
+        A folder of Parquet files is one table.
     offset : "auto" or three numbers, optional
         Subtracted from x, y and z in float64, before they are rounded to float32; ``"auto"`` is the middle of the
         lines, rounded to whole numbers (to as many decimals as the lines need, where they are smaller than 1). Arrays

@@ -160,6 +160,20 @@ def test_equal_segments_become_runs_of_their_numbers(tmp_path: Path) -> None:
     assert_holds(fl.build_forest(some, tmp_path / "some", max_segments=300), some)
 
 
+def test_answers_are_those_of_one_tree(tmp_path: Path) -> None:
+    parts = chunks()
+    forest, tree = fl.build_forest(parts, tmp_path / "forest", max_segments=200), fl.build(joined(parts))
+    rng = np.random.default_rng(0)
+    rays = rng.uniform(-2, 2, (500, 3)), rng.normal(size=(500, 3))
+    found, expected = forest.first_hit(*rays, 0.05), tree.first_hit(*rays, 0.05)
+    assert 50 < expected.hit.sum() < 500
+    for name in ("prim", "t", "u", "strand"):
+        assert np.array_equal(getattr(found, name), getattr(expected, name), equal_nan=True), name
+    listed, all_of_them = (of.all_hits(*rays, 0.05, at="surface", merge="strand") for of in (forest, tree))
+    for name in ("offsets", "prim", "t", "t_out"):
+        assert np.array_equal(getattr(listed, name), getattr(all_of_them, name)), name
+
+
 def test_tiles_are_compact(tmp_path: Path) -> None:
     """Halves of a grid of 64 x 64 are squares."""
     x, y = np.meshgrid(np.arange(64.0), np.arange(64.0))

@@ -6,6 +6,8 @@ from dataclasses import dataclass
 
 from ...arrays import count
 from ...errors import InputError
+from ...settings.build_memory import build_bytes, expected_refs, layout_bytes
+from ...settings.settings import Settings
 
 #: The most segments of a tile, and of a chunk or a part, however much memory there is.
 TILE, CHUNK = 2_000_000, 1_000_000
@@ -18,12 +20,13 @@ LEAST = 16_384
 class BuildTuning:
     """The bytes that a build takes, with room to spare; `fastlines-bench scale` measures them.
 
-    A tile takes so many bytes for each of its segments, and so many times the bytes of its row of columns. So does a
-    chunk while it is read, or a part while it is sorted. Rows of chunks are taken to have `row` bytes.
+    A tile takes what `build_bytes` and `layout_bytes` say, and beside these so many bytes for each of its segments, and
+    so many times the bytes of its row of columns. So does a chunk while it is read, or a part while it is sorted. Rows
+    of chunks are taken to have `row` bytes.
     """
 
     process: int = 100_000_000
-    tile: int = 150
+    tile: int = 16
     tile_row: int = 2
     chunk: int = 30
     chunk_row: int = 3
@@ -43,10 +46,13 @@ class Budget:
         The bytes that the process may take, with everything that it holds.
     max_segments : int, optional
         The most segments of a tile.
+    settings : Settings
+        Those of the builds of tiles.
     """
 
     memory: int | None
     max_segments: int | None
+    settings: Settings
 
     def __post_init__(self) -> None:
         if self.max_segments is not None:
@@ -73,7 +79,9 @@ class Budget:
         InputError
             If the memory is not enough for that.
         """
-        a_segment = TUNING.tile + TUNING.tile_row * row_bytes
+        layout = layout_bytes(expected_refs(TILE, self.settings))[1]
+        a_tree = (build_bytes(TILE, self.settings) + layout) // TILE
+        a_segment = a_tree + TUNING.tile + TUNING.tile_row * row_bytes
         wanted, fits = self.max_segments or LEAST, self._left // a_segment
         if fits < wanted:
             least = TUNING.process + a_segment * wanted

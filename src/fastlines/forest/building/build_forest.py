@@ -44,7 +44,7 @@ def build_forest(
     progress: ProgressOption = False,
     **settings: Any,
 ) -> Forest:
-    """Build a forest of lines that need not fit into memory; `docs/forests.md` shows how.
+    """Build a forest of lines that need not fit into memory.
 
     The lines are read once and divided into tiles: the scene is halved at medians of the centroids of its segments.
     Then each tile becomes a tree, whose file is in the folder. Numbers, strands, rows and attributes are those of all
@@ -103,13 +103,16 @@ def build_forest(
     >>> forest = fl.build_forest(chunks, os.path.join(tempfile.mkdtemp(), "grid"), max_segments=30)
     >>> forest.n_prims, forest.n_tiles
     (100, 4)
+    >>> print(forest.first_hit([5.5, 2, 9], [0, 0, -1], radius=0.1).prim)
+    25
     """
     choice("invalid", invalid, INVALID)
     wanted = check_offset(offset)
     mapping = None if map is None else mapping_of(map, None, "map")
-    budget = Budget(memory, max_segments)
+    # A tree of one segment shows what is wrong with the settings.
+    tree = build(np.zeros((1, 2, 3), np.float32), method, **settings)
+    budget = Budget(memory, max_segments, tree.settings)
     given = source_of(source)
-    named = build(np.zeros((1, 2, 3), np.float32), method, **settings).method
     journal = Journal(Path(folder))
     journal.begin(
         {
@@ -133,7 +136,7 @@ def build_forest(
             tasks = [TileTask(os.path.abspath(folder), i, rows, method, settings) for i, rows in enumerate(tiles)]
             facts = build_tiles(journal, tasks, mapping, _stage(callback, PARTITIONED, BUILT))
             index = index_tiles(journal, plan, tiles, settings.get("own_radius", True))
-            write_manifest(folder, plan.frame, facts, index, named, n_strands=plan.n_strands, facts=plan.facts)
+            write_manifest(folder, plan.frame, facts, index, tree.method, n_strands=plan.n_strands, facts=plan.facts)
     journal.clear()
     if is_built and given.is_stream:
         raise InputError(
