@@ -43,7 +43,7 @@ def build_forest(
     progress: ProgressOption = False,
     **settings: Any,
 ) -> Forest:
-    """Build a forest of lines that need not fit into memory; `docs/forests.md` shows how.
+    """Build a forest of lines that need not fit into memory.
 
     The lines are read once and divided into tiles: the scene is halved at medians of the centroids of its segments.
     Then each tile becomes a tree, whose file is in the folder. Numbers, strands, rows and attributes are those of all
