@@ -24,14 +24,14 @@ PairTuple merged_pairs(const std::vector<RunArrays>& lists, unsigned n_threads, 
 }
 
 /// The points that a part answers, offsets and primitives, and the distances and s, if lists have these.
-using ListArrays = std::tuple<Input<std::int64_t>, Input<std::int64_t>, Input<std::int64_t>,
+using PartArrays = std::tuple<Input<std::int64_t>, Input<std::int64_t>, Input<std::int64_t>,
                               std::optional<Input<float>>, std::optional<Input<float>>>;
 
 /// Offsets, primitives, distances and s; these are empty where the parts have none.
-using NearLists = std::tuple<Output<std::int64_t>, Output<std::int64_t>, Output<float>, Output<float>>;
+using MergedTuple = std::tuple<Output<std::int64_t>, Output<std::int64_t>, Output<float>, Output<float>>;
 
-NearLists merged_lists(std::size_t n_points, const std::vector<ListArrays>& lists, bool has_distance,
-                       unsigned n_threads, nb::object progress) {
+MergedTuple merged_lists(std::size_t n_points, const std::vector<PartArrays>& lists, bool has_distance,
+                         unsigned n_threads, nb::object progress) {
   std::vector<PartLists> parts;
   for (const auto& [points, offsets, prims, distance, s] : lists)
     parts.push_back({rows<std::int64_t>(points), rows<std::int64_t>(offsets), rows<std::int64_t>(prims),
@@ -47,10 +47,10 @@ using Written = nb::ndarray<Scalar, nb::c_contig, nb::device::cpu>;
 
 /// Columns of (n, k): distances, primitives and s.
 using BestArrays = std::tuple<Written<float>, Written<std::int64_t>, Written<float>>;
-using FoundArrays = std::tuple<Input<float>, Input<std::int64_t>, Input<float>>;
+using NearArrays = std::tuple<Input<float>, Input<std::int64_t>, Input<float>>;
 
 void merge_nearest_of(const BestArrays& best, std::size_t k, const Input<std::int64_t>& points,
-                      const FoundArrays& found) {
+                      const NearArrays& found) {
   const auto& [best_distance, best_prim, best_s] = best;
   const auto& [distance, prim, s] = found;
   const std::size_t n = points.size();

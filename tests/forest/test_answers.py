@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import pickle
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from functools import cache
+from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
@@ -169,3 +171,44 @@ def test_queries_are_checked_as_those_of_a_tree(forest: fl.Forest, scene: tuple[
         with pytest.raises(fl.InputError) as of_tree:
             tree.first_hit(**asked)
         assert str(of_forest.value).replace("ForestGeometry", "Lines") == str(of_tree.value)
+
+
+def test_without_the_radius_of_the_lines(tmp_path: Path) -> None:
+    lines = scenes()["thick"][0]
+    tree = fl.build(lines, own_radius=False)
+    asked = rays(lines) | {"radius": 0.1}
+    written = write_forest(lines, tmp_path / "written", tiles_of(lines, 3), own_radius=False)
+    built = fl.build_forest(lines, tmp_path / "built", max_segments=100, own_radius=False)
+    for forest in (written, built):
+        assert_same(forest.all_hits(**asked), tree.all_hits(**asked))
+        assert forest.geometry.needs_radius
+        with pytest.raises(fl.InputError, match="own_radius is the same in all tiles"):
+            forest.rebuild(0, own_radius=True)
+
+
+def test_threads_ask_at_the_same_time(tmp_path: Path) -> None:
+    lines, tree = scenes()["thick"]
+    forest = write_forest(lines, tmp_path / "forest", tiles_of(lines, 7))
+    largest = max(tile.n_bytes for tile in forest.manifest.tiles)
+    asked = rays(lines) | {"radius": 0.1, "at": "surface"}
+    expected = tree.all_hits(**asked)
+    for memory in (None, 2 * largest):
+        opened = fl.Forest(forest.path, memory=memory)
+        with ThreadPoolExecutor(4) as pool:
+            for got in pool.map(lambda _: opened.all_hits(**asked), range(8)):  # noqa: B023  # all end in this round
+                assert_same(got, expected)
+                assert got.normals().tobytes() == expected.normals().tobytes()
+
+
+def test_another_process_gives_the_same_answer(tmp_path: Path) -> None:
+    lines, tree = scenes()["bare"]
+    forest = write_forest(lines, tmp_path / "forest", tiles_of(lines, 3))
+    asked = rays(lines) | {"radius": 0.1}
+    with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as pool:
+        found = pool.submit(ask, forest, asked).result()
+    assert_same(found, tree.first_hit(**asked))
+    assert found.strand.tolist() == tree.first_hit(**asked).strand.tolist()
+
+
+def ask(forest: fl.Forest, asked: dict[str, Any]) -> fl.FirstHits:
+    return forest.first_hit(**asked)

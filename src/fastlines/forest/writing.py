@@ -97,6 +97,7 @@ def write_forest(
         ids = np.flatnonzero(given == number)
         places = None if known is None else known[ids, 1].astype(np.int64)
         tiles.append(write_tile(folder, number, lines[ids], ids, places, frame, method, **settings))
+    sampled = lines if settings.get("own_radius", True) else lines.without_radius()
     rows = np.arange(min(SAMPLE_PRIMS, len(lines))) * len(lines) // max(1, min(SAMPLE_PRIMS, len(lines)))
     closed = None
     if known is not None:
@@ -107,7 +108,7 @@ def write_forest(
         folder,
         own(given.astype(np.uint32)),
         None if known is None else lines.strands,
-        lines[rows],
+        sampled[rows],
         skipped=lines.skipped,
         closed=closed,
     )

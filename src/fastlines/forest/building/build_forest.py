@@ -132,7 +132,7 @@ def build_forest(
             tiles = tiles_of(journal, plan.most)
             tasks = [TileTask(os.path.abspath(folder), i, rows, method, settings) for i, rows in enumerate(tiles)]
             facts = build_tiles(journal, tasks, mapping, _stage(callback, PARTITIONED, BUILT))
-            index = index_tiles(journal, plan, tiles)
+            index = index_tiles(journal, plan, tiles, settings.get("own_radius", True))
             write_manifest(folder, plan.frame, facts, index, named, n_strands=plan.n_strands, facts=plan.facts)
     journal.clear()
     if is_built and given.is_stream:

@@ -135,6 +135,8 @@ class NearParts:
         found, n_left = [no_pairs()], most_pairs()
         for at, number in enumerate(near):
             of = sets.open(int(number), with_places=False)
+            if not len(of.geometry):
+                continue
             share = staged(callback, at / len(near), (at + 1) / len(near))
             known = (None, None, None), of.rows(of_whole=False)
             options = query.options(0, len(self.rows), n_left)
@@ -142,6 +144,8 @@ class NearParts:
             prim, u = of.named(row, u)
             found.append((part, prim, s, u, distance))
             n_left -= len(part)
+            if share is not None:
+                share(1.0)
         part, prim, s, u, distance = (np.concatenate(columns) for columns in zip(*found, strict=True))
         begin, end = self.begin[part], self.end[part]
         return self.segment[part], prim, np.asarray(begin + s * (end - begin), np.float32), u, distance

@@ -106,7 +106,7 @@ class PairsOfSets:
             return no_pairs()
         second = first if is_one else (self.second or self.first).open(task.second, with_places=query.reach > 0)
         is_parts = is_self and not is_one
-        if is_parts and first.number(begin) > second.number(-1):
+        if not len(second.geometry) or (is_parts and first.number(begin) > second.number(-1)):
             return no_pairs()
         known = first.rows(of_whole=is_parts), second.rows(of_whole=is_parts)
         i, j, s, t, distance = engine.pairs(

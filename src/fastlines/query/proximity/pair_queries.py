@@ -52,7 +52,7 @@ class PairQueries:
         ----------
         radius : number
             The largest distance of a pair, in units of the coordinates.
-        other : Tree, optional
+        other : Tree or Forest, optional
             Pair the primitives of this tree with those of another one, which has the same `offset`. By default, pairs
             are those of this tree.
         skip_neighbours : int
@@ -225,7 +225,7 @@ class PairQueries:
         self, radius: object, other: PairQueries | None, skip_neighbours: int, skip_strand: bool, to: str | None
     ) -> PairQuery:
         if other is not None and not isinstance(other, PairQueries):
-            raise InputError(f"other is {kind_of(other)}; expected a Tree, such as fl.build(other)")
+            raise InputError(f"other is {kind_of(other)}; expected a Tree or a Forest, such as fl.build(other)")
         second = None if other is None else other.geometry
         return check_pairs(self.geometry, second, radius, skip_neighbours, skip_strand, to)
 
