@@ -15,6 +15,7 @@ from ..progress import ProgressCallback, ProgressOption, reporting
 from ..query.backend import KERNELS, Backend
 from ..query.proximity.backend import PointBackend
 from ..query.proximity.box_queries import BoxQueries, RowLists
+from ..query.proximity.pair_backend import PairBackend, PairsOfSets
 from ..query.proximity.pair_queries import PairQueries
 from ..query.proximity.pair_sets import PairSets
 from ..query.proximity.point_arguments import PointArguments
@@ -34,6 +35,7 @@ from .geometry import ForestGeometry
 from .index import Index
 from .manifest import ADVICE, Manifest
 from .mapping.dask_rays import DaskRays, has_dask_rays
+from .mapping.mapped_pairs import MappedPairs
 from .mapping.mapped_points import MappedPoints
 from .mapping.mapped_rays import MappedRays
 from .mapping.mapping import Mapping
@@ -271,6 +273,13 @@ class Forest(RayQueries, ProximityQueries, PairQueries, BoxQueries):
         if self._is_file:
             return self._store.open(0).tree._pair_sets()
         return TileSets(self._store, self._top, cast(ForestGeometry, self.geometry))
+
+    def _pair_backend(self, other: PairQueries | None) -> PairBackend:
+        """Return what finds pairs; those with a tree in memory are found here."""
+        here = PairsOfSets(self._pair_sets(), None if other is None else other._pair_sets())
+        if self._mapping is None or not (other is None or isinstance(other, Forest)):
+            return here
+        return MappedPairs(self, other, here, self._mapping)
 
     # --- Files ---
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import _thread
+import asyncio
 import os
 import signal
 import subprocess
@@ -14,11 +15,12 @@ from dataclasses import dataclass
 import pytest
 from support.patience import HANGS
 
-from fastlines.errors import WorkerError
+from fastlines.errors import InputError, WorkerError
 from fastlines.forest.mapping import dask_map, task
 from fastlines.forest.mapping.connect import connected
 from fastlines.forest.mapping.dask_map import DaskMap, is_client
 from fastlines.forest.mapping.mapping import Mapping
+from fastlines.forest.mapping.where import map_of
 from fastlines.threads import num_threads
 
 distributed = pytest.importorskip("distributed")
@@ -163,6 +165,15 @@ def test_a_client_that_is_closed(cluster):
     client.close()
     with pytest.raises(WorkerError, match=r"the scheduler at .* does not answer \(the client is closed\); start it"):
         values(client, squares(2))
+
+
+def test_an_asynchronous_client(cluster):
+    async def ask():
+        async with distributed.Client(cluster.scheduler_address, asynchronous=True) as client:
+            with pytest.raises(InputError, match="where is an asynchronous Client"):
+                map_of(client)
+
+    asyncio.run(ask())
 
 
 def test_a_scheduler_without_workers(monkeypatch):

@@ -34,7 +34,7 @@ def connected(scheduler: str, timeout: float = TIMEOUT) -> Iterator[Any]:
     distributed = optional("distributed", "workers of Dask", "cluster")
     if scheduler == "local":
         n_workers = get_num_threads()
-        options = {"n_workers": n_workers, "threads_per_worker": 1, "dashboard_address": None}
+        options = {"n_workers": n_workers, "threads_per_worker": 1, "dashboard_address": ":0"}
         with distributed.LocalCluster(**options) as cluster, distributed.Client(cluster, set_as_default=False) as made:
             yield made
         return

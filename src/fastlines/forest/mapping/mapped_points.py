@@ -85,7 +85,8 @@ class MappedPoints:
         def place(rows: IntArray) -> float:
             return float(tile[rows[0]]) / self.forest.n_tiles
 
-        row_bytes = (points.points.nbytes + points.radius.nbytes) / len(points)
+        arrays = [points.points, points.radius, *(each.numbers for each in points.ignored if each.is_per_ray)]
+        row_bytes = sum(array.nbytes for array in arrays) / len(points)
         yield from self.mapping.rows(order, place, work, row_bytes, progress)
 
     def _nearest_tile(self, points: PointBatch) -> IntArray:

@@ -115,7 +115,9 @@ class MappedRays:
         def place(rows: IntArray) -> float:
             return float(tile[rows[0]]) / self.forest.n_tiles
 
-        row_bytes = sum(array.nbytes for array in rays.arrays() if array is not None) / len(rays)
+        arrays = [array for array in rays.arrays() if array is not None]
+        arrays += [each.numbers for each in rays.ignored if each.is_per_ray]
+        row_bytes = sum(array.nbytes for array in arrays) / len(rays)
         yield from self.mapping.rows(order, place, work, row_bytes, progress)
 
     def _first_tiles(self, rays: RayBatch) -> IntArray:

@@ -21,6 +21,8 @@ def map_of(where: Any, name: str = "where") -> MapFunction:
         If it is neither.
     """
     if is_client(where):
+        if where.asynchronous:
+            raise InputError(f"{name} is an asynchronous Client, and queries wait for their answers; pass another one")
         return DaskMap(where)
     if not callable(where):
         raise InputError(
