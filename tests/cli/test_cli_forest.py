@@ -66,6 +66,22 @@ def test_commands_ask_a_forest(files):
     assert f"{pairs:,} pairs" in done("pairs", "hair.forest", "-r", 0.001)
 
 
+def test_rays_and_hits_in_parquet(files):
+    pytest.importorskip("pyarrow")
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    columns = dict(zip(("x", "y", "z", "dx", "dy", "dz"), np.concatenate(files, axis=1).T, strict=True))
+    pq.write_table(pa.table(columns), "rays.parquet")
+    for source in ("hair.forest", "hair.npz"):
+        assert "50 rays" in done("query", source, "rays.parquet", "-r", 0.01, "-k", "all", "-o", "hits.parquet")
+        hits, table = TREE.all_hits(*files, 0.01), pq.read_table("hits.parquet")
+        for name in ("ray", "t", "prim", "u", "distance", "strand"):
+            assert np.array_equal(table.column(name).to_numpy(), getattr(hits, name))
+    assert "go to a file" in refused("query", "hair.npz", "rays.parquet", "-r", 0.01)[1]
+    assert ".parquet" in refused("query", "hair.npz", "rays.parquet", "-r", 0.01, "-o", "hits.npz")[1]
+
+
 def test_a_picture_of_a_forest_is_that_of_its_tree():
     for options in ((), ("--look", "depth", "--radius", 0.01)):
         done("render", "hair.npz", "--width", 40, "--samples", 2, "-o", "tree.png", *options)

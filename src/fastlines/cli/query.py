@@ -53,7 +53,9 @@ def query(
     rays: Annotated[
         str | None,
         typer.Argument(
-            metavar="RAYS", help="An array (n, 6) in a .npy file, or origins and directions (n, 3) in a .npz file."
+            metavar="RAYS",
+            help="An array (n, 6) in a .npy file, origins and directions (n, 3) in a .npz file, or the columns x, y, "
+            "z, dx, dy and dz of a .parquet file.",
         ),
     ] = None,
     radius: Radius = None,
@@ -65,7 +67,12 @@ def query(
     ] = None,
     output: Annotated[
         str | None,
-        Option("--output", "-o", metavar="FILE.npz", help="Write the answer to this file; else only print figures."),
+        Option(
+            "--output",
+            "-o",
+            metavar="FILE",
+            help="Write the answer to this .npz file, that of rays in .parquet to a .parquet; else only print figures.",
+        ),
     ] = None,
     camera: Annotated[
         str | None, Option(metavar="WxH", help="Trace a picture of this size, row by row, instead of RAYS.")
@@ -115,6 +122,8 @@ def query(
     If rows of the input were skipped when the tree was built, row is the row of each prim in the input. If the lines
     have strands, strand is the strand of each prim. prim, row and strand are -1 for a miss.
 
+    Rays in a .parquet file are read, and their hits written, a million rays at a time; the hits are rows there.
+
     If less than 1 % of the rays that cross the box of the lines hit, a note on stderr names a radius with which a
     quarter of them would.
 
@@ -131,14 +140,18 @@ def query(
     [cyan]fastlines query hair.flt --camera 640x480 --radius 0.001 --kind count[/]
 
     [cyan]fastlines query cohort.forest rays.npy --radius 0.1 --scheduler local -o hits.npz[/]
+
+    [cyan]fastlines query cohort.forest rays.parquet --radius 0.1 --kind all -o hits.parquet[/]
     """
+    from ..forest.mapping.parquet import query_parquet
     from ..query.rays import require_radius
     from ..rendering import ViewOptions
     from ..rendering.shading.depth import check_size
     from .files import check_output, open_input, placed, show_progress, tree_of, write_npz
     from .hint import hint_at_radius
 
-    check_output(output, ".npz", inputs=(source, rays))
+    in_parquet = rays is not None and rays.lower().endswith(".parquet")
+    check_output(output, ".parquet" if in_parquet else ".npz", inputs=(source, rays))
     if kind not in KINDS:
         raise InputError(f"--kind {kind!r} is not a choice: use one of {', '.join(KINDS)}")
     if (rays is None) == (camera is None):
@@ -168,6 +181,22 @@ def query(
     seen = None if ray_options["parts"] is None else opened.geometry.check_parts(ray_options["parts"])
     require_radius(opened.geometry, radius, spread or 0.0, seen)
     radius = radius or 0.0
+    given = {name: value for name, value in (only | {"k": nearest}).items() if value is not None}
+    if in_parquet:
+        if output is None:
+            raise InputError(
+                f"{rays}: the hits of rays in .parquet go to a file; name it by -o, such as -o hits.parquet"
+            )
+        with placed(opened, memory, scheduler) as asked:
+            tree = tree_of(asked)
+            start = time.perf_counter()
+            asked_for: Any = KINDS[kind]
+            n_rays = query_parquet(tree, str(rays), output, asked_for, radius, **given, **ray_options)
+            seconds = time.perf_counter() - start
+        facts = {"n_rays": n_rays, "kind": kind, "radius": radius, "seconds": seconds, "output": output}
+        text = f"{output}: {counted(n_rays, 'rays')}, in {seconds:.3f} s"
+        typer.echo(json.dumps(facts, indent=2) if as_json else text)
+        return
     if camera is not None:
         width, height = size(camera, "--camera")
         check_size(width, height)
@@ -175,7 +204,6 @@ def query(
         origins, directions = view.camera(opened.geometry, width / height).rays(width, height)
     else:
         origins, directions = read_rays(str(rays))
-    given = {name: value for name, value in (only | {"k": nearest}).items() if value is not None}
     with placed(opened, memory, scheduler) as asked:
         tree = tree_of(asked)
         start = time.perf_counter()
@@ -190,8 +218,8 @@ def query(
     n_rays, n_found = len(directions), _count(kind, answer)
     if as_json:
         what = "n_hits" if kind in (*LISTS, "count") else "n_rays_that_hit"
-        facts = {"n_rays": n_rays, "kind": kind, "radius": radius, what: n_found}
-        typer.echo(json.dumps({**facts, "seconds": seconds, "output": output}, indent=2))
+        found_facts = {"n_rays": n_rays, "kind": kind, "radius": radius, what: n_found}
+        typer.echo(json.dumps({**found_facts, "seconds": seconds, "output": output}, indent=2))
         return
     found = counted(n_found, "hits") if kind in (*LISTS, "count") else f"{n_found:,} of them hit something"
     rate = f", {n_rays / seconds / 1e6:.3g} million rays a second" if n_rays else ""
