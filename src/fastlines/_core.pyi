@@ -342,38 +342,13 @@ def in_box(
     progress: object | None,
 ) -> tuple[NDArray[numpy.int64], NDArray[numpy.int64]]: ...
 
+class RayRoutes:
+    def arrays(self) -> tuple[NDArray[numpy.int64], NDArray[numpy.int64], NDArray[numpy.float32]]: ...
+
 class TopTree:
     def __init__(
         self, boxes: NDArray[numpy.float32], max_radius: NDArray[numpy.float32], frame: Sequence[float]
     ) -> None: ...
-    def tiles_of_rays(
-        self,
-        rays: tuple[
-            NDArray[numpy.float32],
-            NDArray[numpy.float32],
-            NDArray[numpy.float32],
-            NDArray[numpy.float32],
-            NDArray[numpy.float32],
-            NDArray[numpy.float32],
-            NDArray[numpy.float32] | None,
-        ],
-        n_threads: int,
-        progress: object | None,
-    ) -> tuple[NDArray[numpy.int64], NDArray[numpy.int64], NDArray[numpy.float32]]: ...
-    def first_tiles(
-        self,
-        rays: tuple[
-            NDArray[numpy.float32],
-            NDArray[numpy.float32],
-            NDArray[numpy.float32],
-            NDArray[numpy.float32],
-            NDArray[numpy.float32],
-            NDArray[numpy.float32],
-            NDArray[numpy.float32] | None,
-        ],
-        n_threads: int,
-        progress: object | None,
-    ) -> NDArray[numpy.int64]: ...
     def nearest_tiles(
         self, points: NDArray[numpy.float64], k: int, surface: bool, n_threads: int, progress: object | None
     ) -> tuple[NDArray[numpy.float64], NDArray[numpy.int64]]: ...
@@ -392,7 +367,6 @@ class Walk:
 class FirstHitWalk(Walk):
     def __init__(
         self,
-        top: TopTree,
         rays: tuple[
             NDArray[numpy.float32],
             NDArray[numpy.float32],
@@ -402,9 +376,9 @@ class FirstHitWalk(Walk):
             NDArray[numpy.float32],
             NDArray[numpy.float32] | None,
         ],
+        routes: RayRoutes,
         surface: bool,
         n_threads: int,
-        progress: object | None,
     ) -> None: ...
     def take(
         self, tile: int
@@ -441,7 +415,6 @@ class FirstHitWalk(Walk):
 class AnyHitWalk(Walk):
     def __init__(
         self,
-        top: TopTree,
         rays: tuple[
             NDArray[numpy.float32],
             NDArray[numpy.float32],
@@ -451,8 +424,8 @@ class AnyHitWalk(Walk):
             NDArray[numpy.float32],
             NDArray[numpy.float32] | None,
         ],
+        routes: RayRoutes,
         n_threads: int,
-        progress: object | None,
     ) -> None: ...
     def take(
         self, tile: int
@@ -471,7 +444,6 @@ class AnyHitWalk(Walk):
 class NextHitWalk(Walk):
     def __init__(
         self,
-        top: TopTree,
         rays: tuple[
             NDArray[numpy.float32],
             NDArray[numpy.float32],
@@ -481,10 +453,10 @@ class NextHitWalk(Walk):
             NDArray[numpy.float32],
             NDArray[numpy.float32] | None,
         ],
+        routes: RayRoutes,
         k: int,
         surface: bool,
         n_threads: int,
-        progress: object | None,
     ) -> None: ...
     def take(
         self, tile: int
@@ -527,7 +499,6 @@ class NextHitWalk(Walk):
 class Visit:
     def __init__(
         self,
-        top: TopTree,
         rays: tuple[
             NDArray[numpy.float32],
             NDArray[numpy.float32],
@@ -537,8 +508,8 @@ class Visit:
             NDArray[numpy.float32],
             NDArray[numpy.float32] | None,
         ],
+        routes: RayRoutes,
         n_threads: int,
-        progress: object | None,
     ) -> None: ...
     def n_rays_of(self, tile: int) -> int: ...
     def take(
