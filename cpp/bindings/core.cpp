@@ -18,6 +18,7 @@ NB_MODULE(_core, m) {
   bind_binary_queries(m);
   bind_pairs(m);
   bind_in_box(m);
+  bind_merges(m);
   bind_top_tree(m);
   bind_forest(m);
 }

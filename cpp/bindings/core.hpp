@@ -10,6 +10,7 @@ void bind_checks(nanobind::module_& m);
 void bind_binary_queries(nanobind::module_& m);
 void bind_pairs(nanobind::module_& m);
 void bind_in_box(nanobind::module_& m);
+void bind_merges(nanobind::module_& m);
 void bind_top_tree(nanobind::module_& m);
 void bind_forest(nanobind::module_& m);
 

@@ -1,11 +1,13 @@
-// Checks of a tree (what queries rely on, and the axioms of the theory), and its cost.
+// Checks of a tree (what queries rely on, and the axioms of the theory) and of a layout, and the cost of a tree.
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/tuple.h>
 
 #include "core.hpp"
+#include "fastlines/layout/check_layout.hpp"
 #include "fastlines/tree/cost.hpp"
 #include "fastlines/tree/validate.hpp"
+#include "layout.hpp"
 #include "primitives.hpp"
 #include "settings.hpp"
 #include "tree.hpp"
@@ -61,6 +63,17 @@ ViolationTuple validate_tree(const std::string& kind, Input<float> data, Input<s
   return tuple_of(found);
 }
 
+/// What is wrong with a layout, if anything is.
+std::optional<std::string> check_wide(const LayoutView& layout) {
+  std::optional<std::string> found;
+  watch_if(layout.nodes.size() + layout.refs.size() > kLongPass, nb::none(), [&](const Progress& watched) {
+    std::visit(
+        [&](const auto& prims) { found = check_layout(layout.nodes, layout.leaves, layout.refs, prims, watched); },
+        layout.prims);
+  });
+  return found;
+}
+
 double cost(Input<std::uint32_t> nodes, double c_trav, double c_prim) {
   const WithoutGil without_gil;
   return cost_of(rows<Node>(nodes), c_trav, c_prim);
@@ -73,6 +86,7 @@ void bind_checks(nb::module_& m) {
   m.def("check", &check, "kind"_a, "data"_a.noconvert(), "nodes"_a.noconvert(), "refs"_a.noconvert(), "boxes"_a);
   m.def("validate", &validate_tree, "kind"_a, "data"_a.noconvert(), "nodes"_a.noconvert(), "refs"_a.noconvert(),
         "boxes"_a, "pieces"_a);
+  m.def("check_layout", &check_wide, "layout"_a);
   m.def("cost", &cost, "nodes"_a.noconvert(), "c_trav"_a, "c_prim"_a);
 }
 

@@ -18,26 +18,23 @@ Box bounds_of(const QueryPrimitives& prims) {
 }
 
 /// The pairs within a radius, sorted; of one set of primitives with another, or with itself.
-PairTuple brute_pairs(const KindAndRows& prims, std::optional<KindAndRows> other, OwnerArrays owners,
-                      NeighbourArrays neighbours, PairOptions options, unsigned n_threads, nb::object progress) {
-  const auto& [first_owner, second_owner] = owners;
+PairTuple brute_pairs(const KindAndRows& prims, std::optional<KindAndRows> other, BothRowArrays known,
+                      PairOptions options, unsigned n_threads, nb::object progress) {
   const auto set_of = [](const KindAndRows& of) {
     return ray_primitives<QueryPrimitives>(std::get<0>(of), std::get<1>(of));
   };
   const QueryPrimitives first = set_of(prims), second = set_of(other ? *other : prims);
   Box box = bounds_of(first);
   box.grow(bounds_of(second));
-  const PairQuery query =
-      pair_query(axes_of_any(first, first_owner), axes_of_any(second, other ? second_owner : first_owner), !other,
-                 frame_of(box), neighbours, options);
+  const PairQuery query = pair_query(first, second, !other, frame_of(box), known, options);
   return watch_pairs(progress, [&](Progress& watched) { return all_pairs<float>(query, n_threads, watched); });
 }
 
 }  // namespace
 
 void bind_pairs(nb::module_& m) {
-  m.def("brute_force_pairs", &brute_pairs, "prims"_a, "other"_a.none(), "owners"_a, "neighbours"_a.none(), "options"_a,
-        "n_threads"_a, "progress"_a.none());
+  m.def("brute_force_pairs", &brute_pairs, "prims"_a, "other"_a.none(), "known"_a, "options"_a, "n_threads"_a,
+        "progress"_a.none());
 }
 
 }  // namespace fastlines

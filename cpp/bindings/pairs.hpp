@@ -14,39 +14,51 @@
 
 namespace fastlines {
 
-/// The primitive of each row of the first and of the second set, or None if each row is one.
-using OwnerArrays = std::tuple<std::optional<Input<std::int64_t>>, std::optional<Input<std::int64_t>>>;
+/// What is known of the rows of a set: the primitive of each, or None if each row is one; its number in the whole, or
+/// None if the set is no part of one; and its place along a strand (strand, position, period), or None if no neighbours
+/// are left out.
+using RowArrays = std::tuple<std::optional<Input<std::int64_t>>, std::optional<Input<std::int64_t>>,
+                             std::optional<Input<std::int32_t>>>;
 
-/// What a self-join leaves out: the strand and the position of each row, (n, 2); the periods of strands; and by how
-/// much the positions of neighbours differ at most.
-using NeighbourArrays = std::optional<std::tuple<Input<std::int32_t>, Input<std::int32_t>, std::int32_t>>;
+/// Those of the first and of the second set.
+using BothRowArrays = std::tuple<RowArrays, RowArrays>;
 
-/// The radius; whether surfaces count; the first primitives, from begin up to end; and how many pairs there may be.
-using PairOptions = std::tuple<float, bool, std::int64_t, std::int64_t, std::size_t>;
+/// The radius; whether surfaces count; by how much the positions of neighbours along a strand differ at most; the first
+/// primitives, from begin up to end; and how many pairs there may be.
+using PairOptions = std::tuple<float, bool, std::int32_t, std::int64_t, std::int64_t, std::size_t>;
 
 /// Columns of pairs: the rows i and j, s, t, and the distance.
 using PairTuple = std::tuple<Output<std::int64_t>, Output<std::int64_t>, Output<float>, Output<float>, Output<float>>;
 
-inline AxisSet axes_of_any(const QueryPrimitives& prims, const std::optional<Input<std::int64_t>>& owner) {
-  const auto owners = owner ? rows<std::int64_t>(*owner) : std::span<const std::int64_t>();
+template <class T>
+std::span<const T> rows_or_none(const auto& array) {
+  return array ? rows<T>(*array) : std::span<const T>();
+}
+
+inline AxisSet axes_of_any(const QueryPrimitives& prims, const RowArrays& known) {
+  const auto owner = rows_or_none<std::int64_t>(std::get<0>(known));
   return std::visit(
       [&]<class P>(const P& of) -> AxisSet {
         if constexpr (ProximityPrimitive<P>)
-          return axes_of(of, owners);
+          return axes_of(of, owner);
         else
           throw std::invalid_argument(std::string("queries about pairs do not know ") + P::kKind);
       },
       prims);
 }
 
-inline PairQuery pair_query(const AxisSet& first, const AxisSet& second, bool is_self, const Frame& frame,
-                            const NeighbourArrays& neighbours, const PairOptions& options) {
-  const auto [radius, surface, begin, end, max_pairs] = options;
-  PairQuery query{first, second, is_self, frame, radius, surface, {}, begin, end, max_pairs};
-  if (neighbours) {
-    const auto& [places, periods, reach] = *neighbours;
-    query.neighbours = {rows<StrandNeighbours::Place>(places), rows<std::int32_t>(periods), reach};
-  }
+inline PairQuery pair_query(const QueryPrimitives& first, const QueryPrimitives& second, bool is_self,
+                            const Frame& frame, const BothRowArrays& known, const PairOptions& options) {
+  using Place = StrandNeighbours::Place;
+  const auto& [of_first, of_second] = known;
+  const auto [radius, surface, reach, begin, end, max_pairs] = options;
+  PairQuery query{axes_of_any(first, of_first), axes_of_any(second, of_second), is_self, frame, radius, surface};
+  query.numbers = {rows_or_none<std::int64_t>(std::get<1>(of_first)),
+                   rows_or_none<std::int64_t>(std::get<1>(of_second))};
+  query.neighbours = {rows_or_none<Place>(std::get<2>(of_first)), rows_or_none<Place>(std::get<2>(of_second)), reach};
+  query.begin = begin;
+  query.end = end;
+  query.max_pairs = max_pairs;
   return query;
 }
 

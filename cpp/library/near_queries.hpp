@@ -30,7 +30,7 @@ class NearQueries {
 
   virtual const PairSide& pair_side() const = 0;
   /// The pairs with another tree; nullptr stands for this one. `places` are those of this tree along its strands.
-  virtual Pairs pairs(float radius, const NearQueries* other, const StrandPlaces& places,
+  virtual Pairs pairs(float radius, const NearQueries* other, std::span<const StrandPlace> places,
                       const PairOptions& options) const = 0;
 };
 

@@ -106,10 +106,10 @@ class NearQueriesOf final : public NearQueries {
 
   const PairSide& pair_side() const override { return side_; }
 
-  Pairs pairs(float radius, const NearQueries* other, const StrandPlaces& places,
+  Pairs pairs(float radius, const NearQueries* other, std::span<const StrandPlace> places,
               const PairOptions& options) const override {
-    using Neighbours = fastlines::StrandNeighbours;
-    static_assert(sizeof(StrandPlaces::Place) == sizeof(Neighbours::Place));
+    using Place = fastlines::StrandNeighbours::Place;
+    static_assert(sizeof(StrandPlace) == sizeof(Place));
     constexpr std::int32_t most = std::numeric_limits<std::int32_t>::max();
     const PairSide& second = other ? other->pair_side() : side_;
     check_pairs(radius, other, options);
@@ -118,12 +118,12 @@ class NearQueriesOf final : public NearQueries {
     if (side_.axes.n_rows == 0 || second.axes.n_rows == 0) return {};
     fastlines::Box box = side_.box;
     box.grow(second.box);
-    fastlines::PairQuery query{side_.axes, second.axes, !other, fastlines::frame_of(box), radius, surface, {}};
-    if (!other && (options.skip_neighbours > 0 || options.skip_strand))
-      query.neighbours = {
-          {reinterpret_cast<const Neighbours::Place*>(places.places.data()), places.places.size()},
-          places.periods,
-          options.skip_strand ? most : std::int32_t(std::min<std::size_t>(options.skip_neighbours, most))};
+    fastlines::PairQuery query{side_.axes, second.axes, !other, fastlines::frame_of(box), radius, surface};
+    if (!other && (options.skip_neighbours > 0 || options.skip_strand)) {
+      const std::span<const Place> of_line(reinterpret_cast<const Place*>(places.data()), places.size());
+      const auto reach = std::int32_t(std::min<std::size_t>(options.skip_neighbours, most));
+      query.neighbours = {of_line, of_line, options.skip_strand ? most : reach};
+    }
     watch(options.progress, [&](fastlines::Progress& progress) {
       *to = fastlines::find_pairs(query, side_.tree, second.tree, n_threads_of(options.n_threads), progress);
     });

@@ -9,18 +9,14 @@
 
 namespace fl::detail {
 
-struct StrandPlaces {
-  /// The number of a line's strand, or −1, and its position there.
-  struct Place {
-    std::int32_t strand = -1, position = -1;
-  };
-  std::vector<Place> places;          ///< of each line; empty if none has a strand
-  std::vector<std::int32_t> periods;  ///< of each strand: how many lines it has if it is closed, or else 0
+struct StrandPlace {
+  /// The number of a line's strand, or −1; its position there; and how many lines the strand has if it is closed, or 0.
+  std::int32_t strand = -1, position = -1, period = 0;
 };
 
-/// The places of lines; segments or round cones, the other is empty. A strand is closed if its last line ends where its
-/// first one starts.
-StrandPlaces strand_places(std::span<const std::int64_t> strand_of_line, std::span<const Segment> segments,
-                           std::span<const RoundCone> cones);
+/// The places of lines; segments or round cones, the other is empty. Empty if no line has a strand. A strand is closed
+/// if its last line ends where its first one starts.
+std::vector<StrandPlace> strand_places(std::span<const std::int64_t> strand_of_line, std::span<const Segment> segments,
+                                       std::span<const RoundCone> cones);
 
 }  // namespace fl::detail

@@ -159,7 +159,7 @@ std::vector<std::int64_t> Tree::count_within(const Points& points, const PerPoin
 }
 
 Pairs Tree::pairs(float radius, const PairOptions& options) const {
-  const detail::StrandPlaces places = detail::strand_places(strands(), segments(), round_cones());
+  const std::vector<detail::StrandPlace> places = detail::strand_places(strands(), segments(), round_cones());
   return impl_->near_queries().pairs(radius, nullptr, places, options);
 }
 Pairs Tree::pairs(float radius, const Tree& other, const PairOptions& options) const {

@@ -243,12 +243,14 @@ TreePointer restore(const ReadFile& file, const Engine& engine) {
   if (strands.size() != n) throw std::runtime_error("its strands are not one for each line");
   auto rest = std::make_shared<FileRest>();
   const std::initializer_list<std::string_view> used{"nodes", "refs", "segments", "radius", "strands"};
+  // A layout is made anew, and not saved again.
   for (const Section& section : file.sections)
-    if (std::ranges::find(used, section.name) == used.end())
+    if (std::ranges::find(used, section.name) == used.end() && !section.name.starts_with("layout/"))
       rest->sections.push_back(
           {section.name, section.dtype, section.shape, {section.bytes.begin(), section.bytes.end()}});
   for (const auto& [name, text] : file.metadata)
-    if (name != "format" && name != "method" && name != "settings" && name != "limits_hit" && name != "built_cost")
+    if (name != "format" && name != "method" && name != "settings" && name != "limits_hit" && name != "built_cost" &&
+        name != "layout")
       rest->metadata.emplace_back(name, text);
   std::optional<double> built_cost;
   if (const std::string text = file.text("built_cost"); !text.empty()) built_cost = Json::parse(text).as_number();

@@ -120,6 +120,7 @@ def validate(
     boxes: str,
     pieces: bool,
 ) -> tuple[int, str, str] | None: ...
+def check_layout(layout: LayoutView) -> str | None: ...
 def cost(nodes: NDArray[numpy.uint32], c_trav: float, c_prim: float) -> float: ...
 
 class BinaryView:
@@ -324,9 +325,11 @@ def crossings(
 def brute_force_pairs(
     prims: tuple[str, NDArray[numpy.float32]],
     other: tuple[str, NDArray[numpy.float32]] | None,
-    owners: tuple[NDArray[numpy.int64] | None, NDArray[numpy.int64] | None],
-    neighbours: tuple[NDArray[numpy.int32], NDArray[numpy.int32], int] | None,
-    options: tuple[float, bool, int, int, int],
+    known: tuple[
+        tuple[NDArray[numpy.int64] | None, NDArray[numpy.int64] | None, NDArray[numpy.int32] | None],
+        tuple[NDArray[numpy.int64] | None, NDArray[numpy.int64] | None, NDArray[numpy.int32] | None],
+    ],
+    options: tuple[float, bool, int, int, int, int],
     n_threads: int,
     progress: object | None,
 ) -> tuple[
@@ -341,6 +344,42 @@ def in_box(
     n_threads: int,
     progress: object | None,
 ) -> tuple[NDArray[numpy.int64], NDArray[numpy.int64]]: ...
+def merge_pairs(
+    lists: Sequence[
+        tuple[
+            NDArray[numpy.int64],
+            NDArray[numpy.int64],
+            NDArray[numpy.float32],
+            NDArray[numpy.float32],
+            NDArray[numpy.float32],
+        ]
+    ],
+    n_threads: int,
+    progress: object | None,
+) -> tuple[
+    NDArray[numpy.int64], NDArray[numpy.int64], NDArray[numpy.float32], NDArray[numpy.float32], NDArray[numpy.float32]
+]: ...
+def merge_lists(
+    n_points: int,
+    lists: Sequence[
+        tuple[
+            NDArray[numpy.int64],
+            NDArray[numpy.int64],
+            NDArray[numpy.int64],
+            NDArray[numpy.float32] | None,
+            NDArray[numpy.float32] | None,
+        ]
+    ],
+    has_distance: bool,
+    n_threads: int,
+    progress: object | None,
+) -> tuple[NDArray[numpy.int64], NDArray[numpy.int64], NDArray[numpy.float32], NDArray[numpy.float32]]: ...
+def merge_nearest(
+    best: tuple[NDArray[numpy.float32], NDArray[numpy.int64], NDArray[numpy.float32]],
+    k: int,
+    points: NDArray[numpy.int64],
+    found: tuple[NDArray[numpy.float32], NDArray[numpy.int64], NDArray[numpy.float32]],
+) -> None: ...
 
 class RayRoutes:
     def arrays(self) -> tuple[NDArray[numpy.int64], NDArray[numpy.int64], NDArray[numpy.float32]]: ...

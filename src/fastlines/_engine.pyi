@@ -168,9 +168,11 @@ def count_within(
 def pairs(
     layout: fastlines._core.LayoutView,
     other: fastlines._core.LayoutView | None,
-    owners: tuple[NDArray[numpy.int64] | None, NDArray[numpy.int64] | None],
-    neighbours: tuple[NDArray[numpy.int32], NDArray[numpy.int32], int] | None,
-    options: tuple[float, bool, int, int, int],
+    known: tuple[
+        tuple[NDArray[numpy.int64] | None, NDArray[numpy.int64] | None, NDArray[numpy.int32] | None],
+        tuple[NDArray[numpy.int64] | None, NDArray[numpy.int64] | None, NDArray[numpy.int32] | None],
+    ],
+    options: tuple[float, bool, int, int, int, int],
     n_threads: int,
     progress: object | None,
 ) -> tuple[
@@ -179,9 +181,11 @@ def pairs(
 def brute_force_pairs(
     layout: fastlines._core.LayoutView,
     other: fastlines._core.LayoutView | None,
-    owners: tuple[NDArray[numpy.int64] | None, NDArray[numpy.int64] | None],
-    neighbours: tuple[NDArray[numpy.int32], NDArray[numpy.int32], int] | None,
-    options: tuple[float, bool, int, int, int],
+    known: tuple[
+        tuple[NDArray[numpy.int64] | None, NDArray[numpy.int64] | None, NDArray[numpy.int32] | None],
+        tuple[NDArray[numpy.int64] | None, NDArray[numpy.int64] | None, NDArray[numpy.int32] | None],
+    ],
+    options: tuple[float, bool, int, int, int, int],
     n_threads: int,
     progress: object | None,
 ) -> tuple[

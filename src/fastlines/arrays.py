@@ -278,7 +278,11 @@ def warn_of_rounding(given: npt.ArrayLike, rounded: npt.NDArray[np.float32], adv
     if not len(points):
         return
     size, far = float((points.max(axis=0) - points.min(axis=0)).max()), float(np.abs(points).max())
-    lost = float(np.abs(points - kept[good]).max())
+    warn_of_loss(float(np.abs(points - kept[good]).max()), far, size, advice)
+
+
+def warn_of_loss(lost: float, far: float, size: float, advice: str = OFFSET_ADVICE) -> None:
+    """Warn if float32 rounds coordinates by up to `lost`, up to `far` from zero, noticeably for the scene's size."""
     if lost > size * COARSE > 0:
         warn_caller(
             f"float32 rounds coordinates of up to {far:g}, in a scene of size {size:g}, by up to {lost:.2g}; {advice}",

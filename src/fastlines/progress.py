@@ -21,6 +21,18 @@ def check_progress(progress: object) -> None:
         raise InputError(f"progress={progress!r}; expected True, False, or a function that takes the fraction done")
 
 
+def staged(callback: ProgressCallback | None, begin: float, end: float) -> ProgressCallback | None:
+    """Return a callback for a part of the work, from one fraction of the whole to another.
+
+    Examples
+    --------
+    >>> second_half = staged(print, 0.5, 1)
+    >>> second_half(0.5)
+    0.75
+    """
+    return None if callback is None else lambda done: callback(begin + (end - begin) * done)
+
+
 @contextmanager
 def reporting(progress: ProgressOption, what: str) -> Iterator[ProgressCallback | None]:
     """Turn the option into the callback of the core; the bar disappears when the work is done."""

@@ -14,11 +14,17 @@ from .cuda.placed_tree import PlacedTree
 from .engines import engine
 from .errors import InputError
 from .geometry.lines import Lines
-from .progress import ProgressOption
+from .progress import ProgressCallback, ProgressOption
 from .query.backend import KERNELS, Backend, CompiledBackend
-from .query.proximity.box_queries import BoxQueries
+from .query.proximity.backend import PointBackend
+from .query.proximity.box_queries import BoxQueries, RowLists
 from .query.proximity.pair_queries import PairQueries
-from .query.proximity.queries import ProximityQueries
+from .query.proximity.pair_sets import PairSets, TreeSet
+from .query.proximity.point_arguments import PointArguments
+from .query.proximity.points import check_points
+from .query.proximity.queries import PointQuery, ProximityQueries, point_backend
+from .query.proximity.regions import Regions
+from .query.proximity.strand_places import Int32Array, strand_places
 from .query.queries import Query, check_query
 from .query.ray_arguments import RayArguments
 from .query.ray_queries import RayQueries
@@ -80,6 +86,24 @@ class Tree(PlacedTree, RayQueries, ProximityQueries, PairQueries, BoxQueries):
             core = self._on_gpu(rays.has_spread, rays.parts)
         return backend_of(self.geometry, core, view, rays)
 
+    def _point_query(self, given: PointArguments) -> PointQuery:
+        points = check_points(self.geometry, self.frame_box, given)
+        return PointQuery(self._point_backend(), points, self.geometry, given.progress)
+
+    def _point_backend(self) -> PointBackend:
+        """Return what answers points."""
+        return point_backend(self.geometry, engine, self.layout.view)
+
+    def _find_in_boxes(self, regions: Regions, n_threads: int, progress: ProgressCallback | None) -> RowLists:
+        return engine.in_box(self.layout.view, regions.low, regions.high, regions.surface, n_threads, progress)
+
+    @computed_once
+    def _strand_places(self) -> Int32Array | None:
+        return strand_places(self.geometry)
+
+    def _pair_sets(self) -> PairSets:
+        return TreeSet(self.geometry, lambda: self.layout.view, lambda: self._strand_places)
+
     def without_offset(self) -> Tree:
         """Return the tree over the same lines without their offset: rays and points are then less it."""
         geometry = self.geometry.without_offset()
@@ -128,11 +152,18 @@ class Tree(PlacedTree, RayQueries, ProximityQueries, PairQueries, BoxQueries):
     def _built_cost(self) -> float:
         return built_cost(self)
 
-    def save(self, path: str | os.PathLike[str]) -> None:
+    def save(self, path: str | os.PathLike[str], *, layout: bool = False) -> None:
         """Write the tree and its lines to one file, which `load` maps into memory.
 
         Attributes that are neither booleans nor numbers of up to 8 bytes are left out, with a warning. The file appears
         whole or not at all. A symbolic link stays one, and an existing file keeps its mode.
+
+        Parameters
+        ----------
+        path : str or path
+        layout : bool
+            Write the `layout` that queries run on, too. Then the first query after a `load` starts at once; without, it
+            builds the layout first. `fastlines.load` checks it.
 
         Raises
         ------
@@ -144,7 +175,7 @@ class Tree(PlacedTree, RayQueries, ProximityQueries, PairQueries, BoxQueries):
         """
         from .structure import tree_file
 
-        tree_file.write(self, path)
+        tree_file.write(self, path, layout=layout)
 
 
 def load(path: str | os.PathLike[str], *, verify: bool | None = None) -> Tree:

@@ -15,7 +15,6 @@ from support.forests import strands, tiles_of
 
 import fastlines as fl
 from fastlines.forest.index import Index
-from fastlines.forest.tile_store import size_of
 from fastlines.forest.writing import write_forest, write_index
 
 
@@ -144,7 +143,7 @@ def test_too_little_memory(forest: fl.Forest) -> None:
 
 
 def test_tiles_close_within_the_memory(forest: fl.Forest) -> None:
-    largest = max(map(size_of, forest.manifest.tiles))
+    largest = max(tile.n_bytes for tile in forest.manifest.tiles)
     store = fl.Forest(forest.path, memory=2 * largest)._store
     first = store.open(0)
     assert store.open(0) is first
@@ -173,7 +172,7 @@ def test_threads_open_a_tile_once(forest: fl.Forest, monkeypatch: pytest.MonkeyP
 
 
 def test_threads_share_little_memory(forest: fl.Forest, lines: fl.Lines) -> None:
-    largest = max(map(size_of, forest.manifest.tiles))
+    largest = max(tile.n_bytes for tile in forest.manifest.tiles)
     geometry = fl.Forest(forest.path, memory=largest).geometry
     prim = np.arange(300)
     with ThreadPoolExecutor(8) as pool:

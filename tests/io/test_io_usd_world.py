@@ -7,7 +7,7 @@ import pytest
 from support.line_files import message_of
 from support.usd_files import SEVEN, curves, instancer, usda, warned, xform
 
-import fastlines.io.formats.usd
+import fastlines.io.formats.usd_scene
 
 pytest.importorskip("pxr")
 
@@ -135,7 +135,7 @@ def test_what_is_invisible(load):
 
 
 def test_instances_without_end_are_refused(load, monkeypatch):
-    monkeypatch.setattr(fastlines.io.formats.usd, "UNPACK_BYTES", 1 << 18)
+    monkeypatch.setattr(fastlines.io.formats.usd_scene, "UNPACK_BYTES", 1 << 18)
     levels = "".join(
         f'class "l{i}" {{\n'
         + "".join(f'def "c{j}" (instanceable = true; inherits = </l{i + 1}>) {{}}\n' for j in range(10))

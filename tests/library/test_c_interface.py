@@ -13,6 +13,7 @@ import pytest
 from support.c_library import IGNORE, METHODS, Hit, Library, Ray, Rays, pointer
 
 import fastlines as fl
+from fastlines.structure import tree_file
 
 
 @pytest.mark.parametrize("method", METHODS)
@@ -168,6 +169,15 @@ def test_files_of_python_keep_everything(library: Library, tmp_path: Path) -> No
         np.testing.assert_array_equal(getattr(again, name), getattr(lines, name))
     np.testing.assert_array_equal(again.end_radii, lines.end_radii)
     np.testing.assert_array_equal(again.attributes["π"], lines.attributes["π"])
+
+
+def test_a_layout_is_made_anew_and_more_sections_are_kept(library: Library, lines: fl.Lines, tmp_path: Path) -> None:
+    mine = fl.build(lines)
+    tree_file.write(mine, tmp_path / "python.flt", layout=True, more={"ids": np.arange(300) * 3})
+    library.load(tmp_path / "python.flt").save(tmp_path / "c.flt")
+    assert "layout" not in fl.load(tmp_path / "c.flt", verify=True).__dict__
+    assert tree_file.read_more(tmp_path / "c.flt")["ids"].tolist() == list(range(0, 900, 3))
+    assert b"layout" not in (tmp_path / "c.flt").read_bytes()
 
 
 def test_files_that_c_cannot_use_are_refused(library: Library, tmp_path: Path) -> None:

@@ -5,16 +5,21 @@ from __future__ import annotations
 import contextlib
 import os
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from ..arrays import choice, count, instance, is_on_device
 from ..errors import FileFormatError, InputError
 from ..geometry.any_geometry import AnyGeometry
-from ..progress import ProgressOption, reporting
+from ..progress import ProgressCallback, ProgressOption, reporting
 from ..query.backend import KERNELS, Backend
+from ..query.proximity.backend import PointBackend
+from ..query.proximity.box_queries import BoxQueries, RowLists
+from ..query.proximity.pair_queries import PairQueries
+from ..query.proximity.pair_sets import PairSets
 from ..query.proximity.point_arguments import PointArguments
 from ..query.proximity.points import check_points
 from ..query.proximity.queries import PointQuery, ProximityQueries
+from ..query.proximity.regions import Regions
 from ..query.queries import Query, check_query
 from ..query.ray_arguments import RayArguments
 from ..query.ray_queries import RayQueries
@@ -22,14 +27,19 @@ from ..query.rays import RayBatch
 from ..query.wrappers.ignore import IgnoringBackend
 from ..support.computed_once import computed_once
 from ..support.texts import bytes_text, counted
+from .box_search import find_in_boxes
 from .geometry import ForestGeometry
 from .index import Index
 from .manifest import ADVICE, Manifest
+from .pair_sets import TileSets
+from .point_backend import ForestPoints
+from .ray_backend import ForestRays
 from .tile_files import manifest_of_tree, next_name, write_tile
 from .tile_store import TileStore, read_tile
+from .top_tree import TopTree
 
 
-class Forest(RayQueries, ProximityQueries):
+class Forest(RayQueries, ProximityQueries, PairQueries, BoxQueries):
     """Trees over the tiles of a scene, in a folder that `build_forest` makes; or one tree file.
 
     It has the queries of a `Tree`, and its answers are those of one tree over the whole scene, bit for bit. Ids,
@@ -118,7 +128,17 @@ class Forest(RayQueries, ProximityQueries):
         return sum(tile.n_bytes for tile in self.manifest.tiles)
 
     def stats(self) -> dict[str, Any]:
-        """Return counts and sizes, ready for JSON."""
+        """Return counts and sizes, ready for JSON.
+
+        Examples
+        --------
+        >>> import tempfile
+        >>> import fastlines as fl
+        >>> segments = [[[x, 0, 0], [x, 1, 0]] for x in range(10)]
+        >>> stats = fl.build_forest(segments, tempfile.mkdtemp(), max_segments=5).stats()
+        >>> stats["n_prims"], stats["n_tiles"], stats["largest_tile"]
+        (10, 3, 4)
+        """
         sizes = [tile.n_prims for tile in self.manifest.tiles]
         return {
             "method": self.manifest.method,
@@ -136,9 +156,7 @@ class Forest(RayQueries, ProximityQueries):
     # --- Queries ---
 
     @computed_once
-    def _top(self) -> Any:
-        from .top_tree import TopTree
-
+    def _top(self) -> TopTree:
         return TopTree(self.manifest.boxes, self.manifest.max_radius, self.manifest.frame)
 
     def _query(self, kernel: str, given: RayArguments) -> Query:
@@ -153,19 +171,31 @@ class Forest(RayQueries, ProximityQueries):
         """Return what answers checked rays."""
         if self._is_file:
             return self._store.open(0).tree._backend(kernel, rays)
-        from .ray_backend import ForestRays
-
-        backend: Backend = ForestRays(self._store, self._top, kernel)
-        return IgnoringBackend(backend) if rays.ignored else backend
+        backend = ForestRays(self._store, self._top, kernel)
+        return IgnoringBackend(backend, self.geometry) if rays.ignored else backend
 
     def _point_query(self, given: PointArguments) -> PointQuery:
         """Check the points, and choose the backend."""
-        if self._is_file:
-            return self._store.open(0).tree._point_query(given)
-        from .point_backend import ForestPoints  # type: ignore[import-not-found]
-
         points = check_points(self.geometry, self.manifest.frame, given)
-        return PointQuery(ForestPoints(self._store, self._top), points, self.geometry, given.progress)
+        return PointQuery(self._point_backend(), points, self.geometry, given.progress)
+
+    def _point_backend(self) -> PointBackend:
+        """Return what answers checked points."""
+        if self._is_file:
+            return self._store.open(0).tree._point_backend()
+        return ForestPoints(self._store, self._top)
+
+    def _find_in_boxes(self, regions: Regions, n_threads: int, progress: ProgressCallback | None) -> RowLists:
+        """List what is in checked boxes."""
+        if self._is_file:
+            return self._store.open(0).tree._find_in_boxes(regions, n_threads, progress)
+        return find_in_boxes(self._store, self._top, regions, n_threads, progress)
+
+    def _pair_sets(self) -> PairSets:
+        """Return what pairs are sought in."""
+        if self._is_file:
+            return self._store.open(0).tree._pair_sets()
+        return TileSets(self._store, self._top, cast(ForestGeometry, self.geometry))
 
     # --- Files ---
 
@@ -213,10 +243,21 @@ class Forest(RayQueries, ProximityQueries):
         tile : int
             Tiles count from 0.
         method, **settings
-            As `build` takes them.
+            As `build` takes them, but for `own_radius`.
+
+        Examples
+        --------
+        >>> import tempfile
+        >>> import fastlines as fl
+        >>> segments = [[[x, 0, 0], [x, 1, 0]] for x in range(10)]
+        >>> forest = fl.build_forest(segments, tempfile.mkdtemp(), max_segments=5)
+        >>> forest.rebuild(2, "bvh-ss").first_hit([7, 0.5, -1], [0, 0, 1], 0.1).prim
+        array(7)
         """
         if self._is_file:
             raise InputError(f"{self.path} is the file of one tree; build the tree again with fl.build, and save it")
+        if "own_radius" in settings:
+            raise InputError("own_radius is the same in all tiles of a forest; leave it out, or build the forest again")
         number = count("tile", tile, 0, self.n_tiles - 1)
         if Manifest.read(self.path).digest != self.manifest.digest:
             raise InputError(f"{self.path} has changed since this forest was opened; open it again")

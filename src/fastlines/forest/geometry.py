@@ -15,6 +15,7 @@ from ..errors import InputError
 from ..geometry.any_geometry import AnyGeometry, CoreData
 from ..geometry.hit_places import Float64Array, HitPlaces
 from ..geometry.smooth_tangents import smooth_tangents
+from ..support.computed_once import computed_once
 from ..support.distinct import distinct
 from ..support.texts import counted
 from .index import Index
@@ -197,10 +198,11 @@ class ForestGeometry(AnyGeometry):
         strands = self.index.strands
         return np.full(len(prim), -1) if strands is None else np.maximum(strands[prim].astype(np.int64), -1)
 
-    def all_strands(self) -> IntArray:
-        """Return the mapped column of the index."""
+    @computed_once
+    def end_of_strands(self) -> int:
+        """See `AnyGeometry`; the mapped column of the index is read once."""
         strands = self.index.strands
-        return np.broadcast_to(np.int64(-1), len(self)) if strands is None else strands
+        return 0 if strands is None else int(strands.max(initial=-1)) + 1
 
     def periods_of(self, strands: IntArray) -> IntArray:
         """Return how many primitives each of some strands has if it is closed, and 0 if it is open."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -103,8 +103,11 @@ class ForestRays:
         return _joined_lists(found)
 
     def _ask(self, opened: Tile, rays: RayBatch) -> Backend:
-        """Return what answers some of these rays. All rays of a batch have the same kind of kernel."""
-        return opened.tree._backend(self.kernel, rays)
+        """Return what answers some of these rays. All rays of a batch have the same kind of kernel.
+
+        What rays leave out is none of its business: its numbers are those of the whole.
+        """
+        return opened.tree._backend(self.kernel, replace(rays, ignored=()))
 
     def _routes(self, block: RayBatch, watched: BlockProgress) -> _core.RayRoutes:
         return self.top.routes(block, watched.routing())

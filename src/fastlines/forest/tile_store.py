@@ -19,13 +19,11 @@ from ..support.computed_once import held
 from ..support.texts import bytes_text
 from ..tree import Tree
 from .manifest import ADVICE, Manifest, TileFacts
+from .tile_files import CONES
 from .verified_files import is_verified, set_verified
 
 #: Without a bound, tiles stay open while they take at most this share of the free memory.
 FREE_SHARE = 0.5
-
-#: The bytes of a row that queries test where lines have radii, which is made when a tile is first asked.
-ROUND_CONE = 32
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,7 +69,7 @@ class TileStore:
         verify: bool | None = None,
     ) -> None:
         self.folder, self.manifest, self.memory, self.verify = Path(folder), manifest, memory, verify
-        sizes = [size_of(tile) for tile in manifest.tiles]
+        sizes = [tile.n_bytes for tile in manifest.tiles]
         largest = max(sizes, default=0)
         if memory is not None and memory < largest:
             file = manifest.tiles[sizes.index(largest)].file
@@ -105,7 +103,7 @@ class TileStore:
             found = self._known(number)
             if found is not None:
                 return found
-            self._make_room(size_of(self.manifest.tiles[number]))
+            self._make_room(self.manifest.tiles[number].n_bytes)
             tile = read_tile(self.folder, number, self.manifest.tiles[number], self.verify)
             with self._lock:
                 self._open[number] = tile
@@ -127,15 +125,10 @@ class TileStore:
     def _make_room(self, n_bytes: int) -> None:
         """Close tiles until this many bytes are free."""
         with self._lock:
-            taken = sum(size_of(self.manifest.tiles[number]) for number in self._open)
+            taken = sum(self.manifest.tiles[number].n_bytes for number in self._open)
             while self._open and taken + n_bytes > self._limit:
                 number, _ = self._open.popitem(last=False)
-                taken -= size_of(self.manifest.tiles[number])
-
-
-def size_of(tile: TileFacts) -> int:
-    """Return how many bytes a tile takes while it is open."""
-    return tile.n_bytes + (ROUND_CONE * tile.n_prims if tile.max_radius > 0 else 0)
+                taken -= self.manifest.tiles[number].n_bytes
 
 
 def read_tile(folder: Path, number: int, facts: TileFacts, verify: bool | None = None) -> Tile:
@@ -160,5 +153,9 @@ def read_tile(folder: Path, number: int, facts: TileFacts, verify: bool | None =
     ids, places = (None if name not in more else np.asarray(more[name]) for name in ("ids", "places"))
     if n != facts.n_prims or any(column is not None and column.shape != (n,) for column in (ids, places)):
         raise refuse(f"it does not hold {facts.n_prims} primitives with their numbers")
+    if (cones := more.get(CONES)) is not None:
+        if not trusted and not np.array_equal(cones, tree.geometry.core_rows):
+            raise refuse("its round cones are not those of its segments")
+        tree.geometry.__dict__.update(core_rows=np.asarray(cones), cone_rows=np.asarray(cones))
     set_verified(path)
     return Tile(number, tree, ids, places)

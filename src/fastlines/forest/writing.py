@@ -14,9 +14,8 @@ import numpy.typing as npt
 from ..arrays import FloatArray, IntArray, to_integers
 from ..errors import InputError
 from ..geometry.lines import Lines
-from ..query.proximity.strand_places import StrandPlaces
+from ..query.proximity.strand_places import strand_places
 from ..settings.methods import DEFAULT_METHOD
-from ..support.distinct import distinct
 from ..support.immutable import own
 from .index import Index
 from .manifest import Manifest, TileFacts
@@ -91,23 +90,25 @@ def write_forest(
     if given.shape != (len(lines),) or given.min(initial=0) < 0:
         raise InputError(f"tile_of has shape {given.shape}; expected a tile for each of {len(lines)} segments, from 0")
     Path(folder).mkdir(exist_ok=True)
-    known = StrandPlaces.of(lines)
+    known = strand_places(lines)
     frame = lines.bounds if len(lines) else np.zeros((2, 3), np.float32)
     tiles = []
     for number in range(int(given.max(initial=-1)) + 1):
         ids = np.flatnonzero(given == number)
-        places = None if known is None else known.places[ids, 1].astype(np.int64)
+        places = None if known is None else known[ids, 1].astype(np.int64)
         tiles.append(write_tile(folder, number, lines[ids], ids, places, frame, method, **settings))
+    sampled = lines if settings.get("own_radius", True) else lines.without_radius()
     rows = np.arange(min(SAMPLE_PRIMS, len(lines))) * len(lines) // max(1, min(SAMPLE_PRIMS, len(lines)))
     closed = None
     if known is not None:
-        numbers = distinct(lines.strands[lines.strands >= 0])
-        closed = np.stack([numbers, known.periods], axis=1)[known.periods > 0]
+        first = np.flatnonzero((known[:, 1] == 0) & (known[:, 2] > 0))
+        first = first[np.argsort(lines.strands[first])]
+        closed = np.stack([lines.strands[first], known[first, 2].astype(np.int64)], axis=1)
     index = write_index(
         folder,
         own(given.astype(np.uint32)),
         None if known is None else lines.strands,
-        lines[rows],
+        sampled[rows],
         skipped=lines.skipped,
         closed=closed,
     )

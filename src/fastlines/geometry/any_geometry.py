@@ -32,8 +32,7 @@ class AnyGeometry(Shown, Immutable, ABC):
     """Primitives that a tree can be over. A kind of geometry is a subclass, and a row of `kinds.KINDS`.
 
     Each member is one question about the kind, and the rest of the package asks these instead of testing for classes. A
-    kind implements the abstract members, and those whose default is not true of it. A `Geometry` of several parts asks
-    its parts.
+    kind implements the abstract members, and those whose default is not true of it. A `Geometry` asks its parts.
     """
 
     # --- What the core gets ---
@@ -217,9 +216,10 @@ class AnyGeometry(Shown, Immutable, ABC):
         """Return the strand of each of some primitives; -1 for none."""
         return np.full(len(prim), -1)
 
-    def all_strands(self) -> IntArray:
-        """Return the strand of each primitive; -1 for none."""
-        return self.strands_of(np.arange(len(self)))
+    @property
+    def end_of_strands(self) -> int:
+        """One more than the greatest number of a strand."""
+        return 0
 
     # --- Attributes ---
 

@@ -235,6 +235,11 @@ class AxisGeometry(AnyGeometry):
         """See `AnyGeometry`."""
         return np.maximum(self.strands[prim], -1)
 
+    @property
+    def end_of_strands(self) -> int:
+        """See `AnyGeometry`."""
+        return int(self.strands.max(initial=-1)) + 1
+
     # --- Attributes ---
 
     @property

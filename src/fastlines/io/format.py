@@ -48,12 +48,15 @@ class Format:
     text : bool
         Whether its files are text, or text with binary data behind it: the reader gets UTF-8 where they are UTF-16.
     folder : str, optional
-        The name of the file by which a folder is recognised as a file of the format. By default, no folder is one.
+        The name or the pattern, such as ``"*.parquet"``, of a file by which a folder is recognised as a file of the
+        format. By default, no folder is one.
     module : str, optional
         The full name of the module that reads and writes; by default, that of the format's name in
         `fastlines.io.formats`. It has ``read(source, invalid, **options)``, which returns lines, curves or a `Geometry`
         of several. If files are written, it has ``write(geometry, path, **options)``, which returns what the format
-        could not hold, as short texts. Options are keyword-only parameters.
+        could not hold, as short texts. If files are read in chunks, it has ``read_chunks(source, max_segments, invalid,
+        **options)``, which returns an iterator of `Lines`, or None if a file can only be read whole. Options are
+        keyword-only parameters.
 
     Raises
     ------

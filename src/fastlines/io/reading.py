@@ -11,7 +11,6 @@ import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
-from io import BytesIO
 from pathlib import Path
 from typing import Any, BinaryIO
 from zipfile import BadZipFile
@@ -29,6 +28,7 @@ from ..progress import ProgressCallback, ProgressOption, reporting
 from ..support.warn_caller import warn_caller
 from . import table
 from .format import AnyLines, Format
+from .packed_source import PackedSource
 from .source import BAD_COPY, Source, reason
 
 #: So many of the first bytes of a file tell its format, if its extension does not.
@@ -53,6 +53,7 @@ def read(
     path : str or path-like
         A file with one of the extensions of `known_formats`, packed by gzip if ``.gz`` follows. A file of another
         extension is recognised by its first bytes, where its format has some of its own. A ``.trx`` may be a folder.
+        A folder of Parquet files is one table.
     offset : "auto" or three numbers, optional
         Subtracted from x, y and z in float64, before they are rounded to float32; ``"auto"`` is the middle of the
         lines, rounded to whole numbers (to as many decimals as the lines need, where they are smaller than 1). Arrays
@@ -241,34 +242,8 @@ def open_source(path: Path, row: Format, progress: ProgressCallback | None = Non
 def _open(file: BinaryIO, path: Path, progress: ProgressCallback | None) -> Source:
     """Return the bytes of a file, unpacked."""
     packed = path.suffix.lower() == ".gz"
-    source = Source(file, str(path), None if packed else path, progress)
+    source = PackedSource(file, str(path), progress) if packed else Source(file, str(path), path, progress)
     if not source.size:
         raise source.error(f"is empty; {BAD_COPY}")
     source.advance(0)
-    return _unpack(source, file, progress) if packed else source
-
-
-def _unpack(source: Source, file: BinaryIO, progress: ProgressCallback | None) -> Source:
-    """Unpack gzip in pieces, up to a limit."""
-    if file.read(2) != b"\x1f\x8b":
-        raise source.error("is not packed by gzip although its name ends with .gz; rename it, or get a fresh copy")
-    file.seek(0)
-    unpacked, at = BytesIO(), 0
-    try:
-        with gzip.GzipFile(fileobj=file) as stream:
-            while unpacked.tell() <= source.unpack_limit and (piece := stream.read1(1 << 20)):
-                unpacked.write(piece)
-                before, at = at, file.tell()
-                source.advance(at - before)
-    except Exception as error:  # gzip's own errors, and any of zlib and struct
-        if source.stopped is not None or getattr(error, "errno", None) is not None:
-            raise
-        if not (unpacked.tell() and str(error).startswith("Not a gzipped file")):
-            raise source.error(f"not a whole gzip file ({reason(error)}); {BAD_COPY}") from None
-        source.warn("the bytes after its packed part are not read")
-    source.check_unpacked(unpacked.tell(), "unpack it by gunzip first")
-    if not unpacked.tell():
-        raise source.error(f"is empty once unpacked; {BAD_COPY}")
-    whole = Source(unpacked.getvalue(), source.name, progress=progress)
-    whole.oddities += source.oddities
-    return whole
+    return source

@@ -16,10 +16,11 @@ from typing import Any, BinaryIO
 import numpy as np
 import numpy.typing as npt
 
-from ..arrays import FloatArray, list_rows
+from ..arrays import FloatArray, name_rows
 from ..errors import FileFormatError, InputError
 from ..geometry.offsets import Offset, offset_of
 from ..progress import ProgressCallback
+from .stored_array import StoredArray
 
 #: So many bytes are read at once.
 PIECE = 1 << 20
@@ -131,11 +132,15 @@ class Source:
         """Return the first bytes; fewer if there are no more."""
         return self.open().read(n_bytes)
 
+    def read(self, at: int, n_bytes: int) -> bytes:
+        """Return bytes from a place on; fewer if there are no more."""
+        file = self.open()
+        file.seek(at)
+        return file.read(n_bytes)
+
     def end(self, n_bytes: int) -> bytes:
         """Return the last bytes; fewer if there are no more."""
-        file = self.open()
-        file.seek(max(0, self.size - n_bytes))
-        return file.read(n_bytes)
+        return self.read(max(0, self.size - n_bytes), n_bytes)
 
     def pieces(self, at: int = 0) -> Iterator[bytes]:
         """Yield the bytes from a place on, piece by piece."""
@@ -238,14 +243,22 @@ class Source:
         `what` names its numbers in errors, in the plural. The shape comes from a header and may be nonsense. A
         FileFormatError is raised if the array does not fit into the file, or shares bytes with an earlier array.
         """
-        dtype = np.dtype(dtype)
+        data = self.data
+        return np.ndarray(shape, dtype, buffer=data, offset=self._take(what, np.dtype(dtype), shape, at))
+
+    def stored(self, what: str, dtype: npt.DTypeLike, shape: tuple[int, ...], *, at: int | None = None) -> StoredArray:
+        """Return an array that is checked as `array` does it, but stays in the file."""
+        return StoredArray(self.read, dtype, shape, self._take(what, np.dtype(dtype), shape, at))
+
+    def _take(self, what: str, dtype: np.dtype[Any], shape: tuple[int, ...], at: int | None) -> int:
+        """Return where an array starts, once it is checked."""
         start = self.position if at is None else at
         stop = start + math.prod(shape) * dtype.itemsize
-        if stop > len(self.data) or any(not 0 <= size <= len(self.data) for size in shape):
+        if stop > self.size or any(not 0 <= size <= self.size for size in shape):
             dims = " × ".join(str(size) for size in shape)
             raise self.error(
                 f"{what} ({dims} of {dtype.itemsize} bytes, from byte {start}) do not fit into "
-                f"the file's {len(self.data)} bytes; {BAD_COPY}"
+                f"the file's {self.size} bytes; {BAD_COPY}"
             )
         for other_start, other_stop, other in self._taken:
             if max(start, other_start) < min(stop, other_stop):
@@ -255,7 +268,7 @@ class Source:
                 )
         self._taken.append((start, stop, what))
         self.position = stop
-        return np.ndarray(shape, dtype, buffer=self.data, offset=start)
+        return start
 
     def record(self, what: str, dtype: npt.DTypeLike) -> dict[str, Any]:
         """Return one record of named fields, such as a header, as plain Python numbers and bytes."""
@@ -264,19 +277,22 @@ class Source:
 
     def finish(self) -> None:
         """Refuse a file with bytes after its last array."""
-        n_left = len(self.data) - self.position
+        n_left = self.size - self.position
         if n_left:
             raise self.error(
                 f"{n_left} bytes are left over behind byte {self.position}, where the data that the header "
                 "promises end; its counts are wrong, or something was appended: write the file again"
             )
 
-    def radius(self, what: str, values: npt.NDArray[Any]) -> FloatArray:
-        """Return radii or thicknesses as float32; each must be finite and not negative."""
+    def radius(self, what: str, values: npt.NDArray[Any], first_row: int = 0) -> FloatArray:
+        """Return radii or thicknesses as float32; each must be finite and not negative.
+
+        Errors count the rows from the first one's number on.
+        """
         with np.errstate(over="ignore"):
             radius = values.astype(np.float32)
         bad = ~(np.isfinite(radius) & (radius >= 0))
         if bad.any():
-            rows = list_rows(bad.reshape(len(bad), -1).max(axis=1))
+            rows = name_rows(np.flatnonzero(bad.reshape(len(bad), -1).max(axis=1)) + first_row)
             raise self.error(f"the {what} must be finite and not negative (see {rows}); fix the file")
         return radius

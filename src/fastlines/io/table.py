@@ -26,6 +26,7 @@ TABLE: tuple[Format, ...] = (
         writes=(Lines,),
         strands="kept",
         metadata="kept",
+        folder="*.parquet",
     ),
     Format("bcc", (".bcc",), "yarns, Cem Yuksel's Binary Curve Collections", magic=(b"BCC\x44",)),
     Format("dxf", (".dxf",), "drawings, DXF", magic=(b"AutoCAD Binary DXF",), up="z", text=True),
@@ -193,7 +194,8 @@ def of_folder(path: Path) -> Format | None:
     row = known_formats().get(path.suffix.lower())
     if row is not None and row.folder:
         return row
-    return next((row for row in _rows() if row.folder and (path / row.folder).is_file()), None)
+    folders = (row for row in _rows() if row.folder and any(file.is_file() for file in path.glob(row.folder)))
+    return next(folders, None)
 
 
 def find(path: Path, start: bytes) -> Format:

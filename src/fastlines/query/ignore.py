@@ -21,8 +21,8 @@ class Ignored:
     """Numbers to leave out, (k,) for all rays or (n_rays, m) for each ray; -1 names nothing."""
 
     numbers: IntArray
-    #: The number of each primitive that these are compared with; None for its own.
-    of_prim: IntArray | None = None
+    #: Whether they are those of strands, not of primitives.
+    are_strands: bool = False
 
     @property
     def is_per_ray(self) -> bool:
@@ -33,14 +33,20 @@ class Ignored:
         """Return what the rays in these rows leave out."""
         return replace(self, numbers=self.numbers[rows]) if self.is_per_ray else self
 
-    def drops(self, prim: IntArray, ray: IntArray) -> npt.NDArray[np.bool_]:
-        """Return whether each hit of a primitive by a ray is left out."""
-        if not len(prim):
-            return np.zeros(0, bool)
-        number = prim if self.of_prim is None else self.of_prim[prim]
-        per_ray = self.is_per_ray
-        same = (self.numbers[ray] == number[:, None]).any(axis=1) if per_ray else is_among(number, self.numbers)
-        return np.asarray(same & (number >= 0) & (prim >= 0))
+    def compared(self, geometry: AnyGeometry, prim: IntArray) -> IntArray:
+        """Return the number of each of some primitives that these are compared with."""
+        return strand_numbers(geometry, prim) if self.are_strands else prim
+
+    def drops(self, geometry: AnyGeometry, prim: IntArray, ray: IntArray) -> npt.NDArray[np.bool_]:
+        """Return whether each hit of a primitive by a ray is left out; a prim of -1 is none."""
+        dropped, found = np.zeros(len(prim), np.bool_), np.flatnonzero(prim >= 0)
+        number = self.compared(geometry, prim[found])
+        if self.is_per_ray:
+            same = (self.numbers[ray[found]] == number[:, None]).any(axis=1)
+        else:
+            same = is_among(number, self.numbers)
+        dropped[found] = same & (number >= 0)
+        return dropped
 
 
 def ignored_of(
@@ -53,16 +59,15 @@ def ignored_of(
         _check_range("ignore", numbers, len(geometry), "primitives")
         found.append(Ignored(numbers))
     if ignore_strands is not None:
-        of_prim = strand_of_prims(geometry)
         numbers = _numbers("ignore_strands", ignore_strands, shape, nouns)
         if _is_hits(ignore_strands):
-            _check_range("ignore_strands", numbers, len(of_prim), "primitives")
-            strands = np.full(numbers.shape, -1)
-            strands[numbers >= 0] = of_prim[numbers[numbers >= 0]]
-            numbers = strands
+            _check_range("ignore_strands", numbers, len(geometry), "primitives")
+            named = numbers >= 0
+            numbers = np.array(numbers)
+            numbers[named] = strand_numbers(geometry, numbers[named])
         else:
-            _check_range("ignore_strands", numbers, int(of_prim.max(initial=-1)) + 1, "strands")
-        found.append(Ignored(numbers, of_prim))
+            _check_range("ignore_strands", numbers, end_of_strands(geometry), "strands")
+        found.append(Ignored(numbers, are_strands=True))
     return tuple(found)
 
 
@@ -106,13 +111,20 @@ def _check_range(name: str, numbers: IntArray, n: int, what: str) -> None:
         raise InputError(f"{name} names {wrong}; there are {n} {what}, which count from 0, and -1 is none")
 
 
-def strand_of_prims(geometry: AnyGeometry) -> IntArray:
-    """Return the strand of each primitive, different for each part; -1 for none."""
-    if not geometry.has_parts:
-        return geometry.all_strands()
-    strands, used = [np.zeros(0, np.int64)], 0
-    for part in geometry.each_part():
-        of_part = part.all_strands()
-        strands.append(np.where(of_part < 0, -1, of_part + used))
-        used += int(of_part.max(initial=-1)) + 1
-    return np.concatenate(strands)
+def strand_numbers(geometry: AnyGeometry, prim: IntArray) -> IntArray:
+    """Return the strand of each of some primitives, different for each part; -1 for none."""
+    part, number = geometry.split(prim)
+    if part is None:
+        return geometry.strands_of(number)
+    found, used = np.full(len(prim), -1), 0
+    for i, each in enumerate(geometry.each_part()):
+        here = np.flatnonzero(part == i)
+        of_part = each.strands_of(number[here])
+        found[here] = np.where(of_part < 0, -1, of_part + used)
+        used += each.end_of_strands
+    return found
+
+
+def end_of_strands(geometry: AnyGeometry) -> int:
+    """Return one more than the greatest number of a strand."""
+    return sum(part.end_of_strands for part in geometry.each_part())

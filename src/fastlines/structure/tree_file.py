@@ -7,7 +7,7 @@ import json
 import os
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -20,14 +20,16 @@ from ..settings.splits import split_set_from
 from ..support import container
 from ..support.metadata import to_json
 from ..support.warn_caller import warn_caller
+from . import layout_file
 from .geometry_file import from_sections, to_sections
+from .layout import BLOCK, Layout
 from .tree_data import NODE, REF, TreeData
 
 Tree = TypeVar("Tree", bound=TreeData)
 
 FORMAT = "fastlines tree 2"
 
-#: What the names of sections begin with that a tree does not read.
+#: What the sections begin with that a file keeps for others than the tree.
 MORE = "more/"
 
 #: The sections of nodes and references: the shape of a row of 32-bit words.
@@ -44,7 +46,7 @@ def write(
     layout: bool = False,
     more: Mapping[str, npt.NDArray[Any]] | None = None,
 ) -> None:
-    """Write a tree and its geometry; see `Tree.save`. `more` are sections that the tree does not read."""
+    """Write a tree and its geometry; see `Tree.save`. `more` are arrays that the tree does not read (`read_more`)."""
     name = Path(path).name.lower()
     extension = Path(name.removesuffix(".gz")).suffix
     if extension != ".flt" and extension in known_formats():
@@ -59,8 +61,8 @@ def write(
         )
     nodes, refs = tree.words()
     arrays = {"nodes": nodes, "refs": refs, **sections}
-    arrays |= {MORE + section: array for section, array in (more or {}).items()}
-    metadata = {
+    arrays |= {MORE + name: values for name, values in (more or {}).items()}
+    metadata: dict[str, str | None] = {
         "format": FORMAT,
         "method": tree.method,
         "settings": json.dumps(_settings_to_json(tree.settings)),
@@ -73,13 +75,20 @@ def write(
         "tolerance": None if facts.get("tolerance") is None else repr(facts["tolerance"]),
         **{name: to_json(facts[name]) for name in ("metadata", "parts") if facts.get(name)},
     }
-    # Write larger numbers first, so that each section is aligned for its type.
-    kept = sorted(arrays.items(), key=lambda item: -item[1].dtype.itemsize)
-    container.write(path, dict(kept), {name: text for name, text in metadata.items() if text is not None})
+    # Write blocks first, then larger numbers first, so that each section is aligned for its type.
+    blocks: container.Arrays = {}
+    if layout:
+        laid_out, facts_of_layout = layout_file.to_sections(cast(Layout, cast(Any, tree).layout))
+        metadata |= facts_of_layout
+        blocks = {name: array for name, array in laid_out.items() if array.dtype == np.uint8}
+        arrays = {**laid_out, **arrays}
+    rest = sorted((item for item in arrays.items() if item[0] not in blocks), key=lambda item: -item[1].dtype.itemsize)
+    texts = {name: text for name, text in metadata.items() if text is not None}
+    container.write(path, blocks | dict(rest), texts, BLOCK if layout else container.ALIGNMENT)
 
 
-def read_more(path: str | os.PathLike[str], *, advice: str = container.ADVICE) -> dict[str, npt.NDArray[Any]]:
-    """Map the sections of a file that its tree does not read."""
+def read_more(path: str | os.PathLike[str], *, advice: str = container.ADVICE) -> container.Arrays:
+    """Map the arrays that a file keeps beside a tree, without a check of their checksums."""
     arrays, _ = container.read(path, verify=False, advice=advice)
     return {name.removeprefix(MORE): array for name, array in arrays.items() if name.startswith(MORE)}
 
@@ -87,12 +96,16 @@ def read_more(path: str | os.PathLike[str], *, advice: str = container.ADVICE) -
 def read(
     kind: type[Tree],
     path: str | os.PathLike[str],
-    verify: bool | None,
+    verify: bool | None = None,
     *,
     trusted: bool = False,
     advice: str = container.ADVICE,
 ) -> Tree:
-    """Map a file into memory and make a checked tree of it; see `fastlines.load`."""
+    """Map a file into memory and make a checked tree of it; see `fastlines.load`.
+
+    A `trusted` file is not checked: this process has read the same file before, and it has not changed since. Errors
+    end with the advice.
+    """
     if not Path(path).exists():
         check_path(Path(path))
     arrays, metadata = container.read(path, verify, advice=advice)
@@ -113,10 +126,15 @@ def read(
         built_cost = float(metadata["built_cost"]) if "built_cost" in metadata else None
         facts: dict[str, Any] = {name: metadata.get(name) for name in ("kind", "up", "unit")}
         facts |= {name: json.loads(metadata[name]) for name in ("tolerance", "metadata", "parts") if name in metadata}
-        geometry = from_sections(arrays, facts, refuse)
+        geometry = from_sections(arrays, facts, refuse, trusted=trusted)
         frame = np.array(json.loads(metadata["frame"]), np.float32) if "frame" in metadata else None
         nodes, refs = arrays["nodes"].reshape(-1).view(NODE), arrays["refs"].reshape(-1).view(REF)
-        return kind(geometry, nodes, refs, settings, metadata["method"], limits_hit, built_cost, frame=frame)
+        given = settings, metadata["method"], limits_hit, built_cost
+        tree = kind(geometry, nodes, refs, *given, frame=frame, made_by_core=trusted)
+        layout = layout_file.from_sections(arrays, metadata, geometry, nodes["box"][0], tree.frame, trusted)
+        if layout is not None:
+            tree.__dict__["layout"] = layout
+        return tree
     except FileFormatError:
         raise
     except UNUSABLE as error:

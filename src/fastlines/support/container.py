@@ -19,13 +19,15 @@ import stat
 import zlib
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
 from ..errors import FileFormatError, InputError
 from .atomic_write import atomic_write
+
+Arrays: TypeAlias = dict[str, npt.NDArray[Any]]
 
 ALIGNMENT = 64
 MAX_HEADER = 1 << 20
@@ -53,12 +55,14 @@ def write(
     path: str | os.PathLike[str],
     arrays: Mapping[str, npt.NDArray[Any]],
     metadata: Mapping[str, str],
+    alignment: int = ALIGNMENT,
     *,
     durable: bool = True,
 ) -> None:
     """Write arrays (of the types in `DTYPES`), strings and checksums; the file appears whole or not at all.
 
-    Whether it is `durable` is explained by `atomic_write`.
+    The first array begins at a multiple of `alignment`, which is one of `ALIGNMENT`. Whether the file is `durable` is
+    explained by `atomic_write`.
     """
     arrays = {name: array for name, array in arrays.items() if name != CHECKSUMS}
     checksums = np.zeros(1 + len(arrays), "<u4")
@@ -70,7 +74,7 @@ def write(
         header[name] = {"dtype": NAMES[array.dtype], "shape": array.shape, "data_offsets": [position, end]}
         position = end
     text = json.dumps(header).encode()
-    text += b" " * (-(8 + len(text)) % ALIGNMENT)
+    text += b" " * (-(8 + len(text)) % alignment)
     if len(text) > MAX_HEADER:
         raise InputError(
             f"{path}: the names of its sections and its metadata take {len(text)} bytes, more than {MAX_HEADER}; "
@@ -107,7 +111,7 @@ def digest(path: str | os.PathLike[str]) -> str:
 
 def read(
     path: str | os.PathLike[str], verify: bool | None = None, *, advice: str = ADVICE
-) -> tuple[dict[str, npt.NDArray[Any]], dict[str, str]]:
+) -> tuple[Arrays, dict[str, str]]:
     """Map the arrays of a file into memory, read-only; its checksums are one of them.
 
     The checksums are verified by default if the file has at most `VERIFIED_BYTES`. A FileFormatError is raised if the
@@ -142,7 +146,7 @@ def read(
         raise refuse("its header cannot be read") from None
 
     # The sections follow each other and fill the file.
-    arrays: dict[str, npt.NDArray[Any]] = {}
+    arrays: Arrays = {}
     position = 0
     for name, (dtype, shape, begin, end) in sections.items():
         fits = end - begin == dtype.itemsize * math.prod(shape)

@@ -16,7 +16,7 @@ from support.forests import strands
 import fastlines as fl
 from fastlines.forest.index import Index
 from fastlines.geometry.join_lines import join_lines
-from fastlines.query.proximity.strand_places import StrandPlaces
+from fastlines.query.proximity.strand_places import strand_places
 
 
 def joined(parts: Sequence[fl.Lines]) -> fl.Lines:
@@ -29,12 +29,13 @@ def assert_holds(forest: fl.Forest, lines: fl.Lines) -> None:
     index = Index.read(forest.path, len(lines), forest.manifest.index)
     assert index.skipped.tolist() == lines.skipped.tolist()
     assert forest.manifest.n_strands == lines.n_strands
-    known = StrandPlaces.of(lines)
+    known = strand_places(lines)
     assert (known is None) == (index.strands is None)
     if known is not None and index.strands is not None:
         assert index.strands.tolist() == lines.strands.tolist()
-        numbers = np.unique(lines.strands[lines.strands >= 0])
-        closed = np.stack([numbers, known.periods], axis=1)[known.periods > 0]
+        numbers, first = np.unique(lines.strands, return_index=True)
+        is_closed = (numbers >= 0) & (known[first, 2] > 0)
+        closed = np.stack([numbers, known[first, 2]], axis=1)[is_closed]
         assert index.closed.tolist() == closed.tolist()
     frame = lines.bounds if len(lines) else np.zeros((2, 3))
     assert forest.manifest.frame.tolist() == frame.tolist()
@@ -46,7 +47,7 @@ def assert_holds(forest: fl.Forest, lines: fl.Lines) -> None:
         assert (index.tile_of[ids] == number).all()
         if known is not None:
             assert tile.places is not None
-            assert tile.places.tolist() == known.places[ids, 1].tolist()
+            assert tile.places.tolist() == known[ids, 1].tolist()
         assert_same(tile.tree.geometry, lines, ids)
         seen.append(ids)
     assert np.sort(np.concatenate([*seen, np.empty(0, np.int64)])).tolist() == list(range(len(lines)))
@@ -157,6 +158,20 @@ def test_equal_segments_become_runs_of_their_numbers(tmp_path: Path) -> None:
     assert [tile.n_prims for tile in forest.manifest.tiles] == [250] * 4
     some = fl.Lines(np.concatenate([lines.segments, strands(20).segments]))
     assert_holds(fl.build_forest(some, tmp_path / "some", max_segments=300), some)
+
+
+def test_answers_are_those_of_one_tree(tmp_path: Path) -> None:
+    parts = chunks()
+    forest, tree = fl.build_forest(parts, tmp_path / "forest", max_segments=200), fl.build(joined(parts))
+    rng = np.random.default_rng(0)
+    rays = rng.uniform(-2, 2, (500, 3)), rng.normal(size=(500, 3))
+    found, expected = forest.first_hit(*rays, 0.05), tree.first_hit(*rays, 0.05)
+    assert 50 < expected.hit.sum() < 500
+    for name in ("prim", "t", "u", "strand"):
+        assert np.array_equal(getattr(found, name), getattr(expected, name), equal_nan=True), name
+    listed, all_of_them = (of.all_hits(*rays, 0.05, at="surface", merge="strand") for of in (forest, tree))
+    for name in ("offsets", "prim", "t", "t_out"):
+        assert np.array_equal(getattr(listed, name), getattr(all_of_them, name)), name
 
 
 def test_tiles_are_compact(tmp_path: Path) -> None:

@@ -107,7 +107,7 @@ def test_a_disk_that_fills(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> N
         with monkeypatch.context() as patch:
             begun = fail_at(patch, number, lambda: OSError(errno.ENOSPC, "No space left on device"))
             with pytest.raises(
-                OSError, match=r"the disk is full \(\d+ MB are left\).*free some space, and call"
+                OSError, match=r"not enough space on the disk \(\d+ MB are free\).*free some more, and call"
             ) as raised:
                 fl.build_forest(chunks(), tmp_path / f"{number}", max_segments=130)
         assert raised.value.errno == errno.ENOSPC
@@ -123,6 +123,7 @@ PROGRAM = """
 import sys
 import fastlines as fl
 fl.set_num_threads(2)
+fl.build_forest  # imports what it needs
 print("begin", flush=True)
 fl.build_forest(sys.argv[1].split(","), sys.argv[2], max_segments=700)
 """

@@ -7,7 +7,7 @@ import pytest
 from support import nasty
 
 import fastlines as fl
-from fastlines.query.proximity.strand_places import StrandPlaces
+from fastlines.query.proximity.strand_places import strand_places
 
 METHODS = ("best", "bvh-cl", "kd-d2")
 
@@ -54,12 +54,12 @@ def test_positions_count_within_strands_that_are_mixed() -> None:
     strands = np.arange(64) // 8
     order = np.random.default_rng(0).permutation(64)
     lines = fl.Lines(np.ascontiguousarray(ends[order]), strands[order])
-    places = StrandPlaces.of(lines)
+    places = strand_places(lines)
     assert places is not None
     for strand in range(8):
         here = np.flatnonzero(lines.strands == strand)
-        assert places.places[here].tolist() == [[strand, position] for position in range(8)]
-    assert StrandPlaces.of(fl.Lines.from_segments(ends)) is None
+        assert places[here].tolist() == [[strand, position, 0] for position in range(8)]
+    assert strand_places(fl.Lines.from_segments(ends)) is None
 
 
 # ---- Other kinds, and several ----

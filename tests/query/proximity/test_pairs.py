@@ -15,6 +15,7 @@ from support import nasty
 import fastlines as fl
 from fastlines.engines import available_simd, engine
 from fastlines.query.proximity.pair_query import check_pairs
+from fastlines.query.proximity.pair_sets import row_arrays
 from fastlines.threads import num_threads
 
 COLUMNS = ("i", "j", "s", "t", "distance")
@@ -79,9 +80,9 @@ def test_instruction_sets_and_threads_do_not_matter(simd: str, kind: str) -> Non
         for n_threads in (1, 2, 4):
             with num_threads(n_threads):
                 assert_same(tree.pairs(0.02), expected, f"{n_threads} threads")
-                query = check_pairs(lines, None, 0.02, 1, False, None, None)
-                options = query.options(0, len(lines), 2**62)
-                found = engine.brute_force_pairs(tree.layout.view, None, query.owners(), None, options, n_threads, None)
+                query = check_pairs(lines, None, 0.02, 1, False, None)
+                options, rows = query.options(0, len(lines), 2**62), row_arrays(lines, None)
+                found = engine.brute_force_pairs(tree.layout.view, None, (rows, rows), options, n_threads, None)
                 assert_same(query.pairs(found), expected, "16 at a time")
     finally:
         fl.set_simd(None)

@@ -17,7 +17,8 @@ from fastlines.engines import engine as compiled_engine
 from fastlines.engines import use_engine
 from fastlines.errors import FastlinesError
 from fastlines.query.proximity.pair_query import check_pairs
-from fastlines.query.proximity.strand_places import StrandPlaces
+from fastlines.query.proximity.pair_sets import row_arrays
+from fastlines.query.proximity.strand_places import strand_places
 from fastlines.query.queries import check_query
 from fastlines.query.ray_arguments import RayArguments
 from fastlines.rendering.color.tone import filmic, srgb, to_bytes
@@ -64,7 +65,6 @@ __all__ = [
     "Rig",
     "ShadingContext",
     "Sky",
-    "StrandPlaces",
     "Surfaces",
     "atomic_write",
     "best_settings",
@@ -90,10 +90,12 @@ __all__ = [
     "optional",
     "own",
     "page",
+    "row_arrays",
     "scene_of",
     "seen_vertices",
     "show_progress",
     "srgb",
+    "strand_places",
     "to_bytes",
     "upload_scene",
     "use_engine",

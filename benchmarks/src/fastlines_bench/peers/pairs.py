@@ -17,7 +17,7 @@ import numpy as np
 from fastlines import Lines, Tree, get_num_threads
 
 from ..harness.arrays import Float64Array, IntArray
-from ..harness.internals import StrandPlaces, check_pairs, compiled_engine
+from ..harness.internals import check_pairs, compiled_engine, row_arrays, strand_places
 from .closest_points import sample
 from .compiled import compile_loops
 
@@ -38,16 +38,14 @@ class AllPairs:
 
     def __init__(self, tree: Tree, radius: float, skip_neighbours: int) -> None:
         self._view, self._n = tree.layout.view, len(tree.geometry)
-        places = StrandPlaces.of(tree.geometry)
-        self._query = check_pairs(tree.geometry, None, radius, skip_neighbours, False, "axis", places)
+        self._query = check_pairs(tree.geometry, None, radius, skip_neighbours, False, "axis")
+        rows = row_arrays(tree.geometry, strand_places(tree.geometry) if skip_neighbours else None)
+        self._known = rows, rows
 
     def find(self) -> IntArray:
         """Return the pairs within the radius, but for neighbours."""
-        query = self._query
-        options = query.options(0, self._n, 1 << 62)
-        found = compiled_engine.brute_force_pairs(
-            self._view, None, query.owners(), query.neighbours, options, get_num_threads(), None
-        )
+        options = self._query.options(0, self._n, 1 << 62)
+        found = compiled_engine.brute_force_pairs(self._view, None, self._known, options, get_num_threads(), None)
         return np.stack(found[:2], axis=1)
 
 

@@ -130,14 +130,16 @@ class PairSearch {
       if (search_.meets_twice()) keep_first(block, n);
       if (block.lanes == 0) return;
       if (!surface) block.radius = 0.0f;
-      const PieceArrays arrays(block);
-      const PieceSlabs slabs(block);
       slack_ = block.slack;
       const float reach = search_.reach_ + block.slack + block.radius * kGrow;
       for (int k = 0; k < 3; ++k) {
         box_.low[k] = reduce_min(block.low[k]);
         box_.high[k] = reduce_max(block.high[k]);
       }
+      // Most blocks of one part of a whole are far from another part.
+      if (near_children(search_.second_.nodes[0], box_, reach) == 0) return;
+      const PieceArrays arrays(block);
+      const PieceSlabs slabs(block);
       stack_.assign(1, 0);
       if (search_.second_repeats_) met_.clear();
       while (!stack_.empty()) {

@@ -32,6 +32,13 @@ struct PairColumns {
       column->set_size(n);
     }
   }
+  void set(std::size_t at, const FoundPair& pair) {
+    i[at] = pair.i;
+    j[at] = pair.j;
+    s[at] = pair.s;
+    t[at] = pair.t;
+    distance[at] = pair.distance;
+  }
 };
 
 /// The pairs of a query. Two primitives of several rows make one pair, that of the least distance; equally near rows
@@ -99,6 +106,25 @@ class PairList {
 
   /// Sort all pairs. Call once.
   PairColumns sorted(unsigned n_threads, Progress& progress, Stage stage) {
+    constexpr std::size_t counted_from = 64;  // primitives for each pair, where counting those of each is worth while
+    std::size_t n_pairs = 0;
+    for (const Part& part : parts_) n_pairs += part.pairs_.size();
+    if (n_pairs * counted_from < query_.first.n_prims()) return sorted_at_once(n_pairs, progress);
+    return sorted_by_first(n_threads, progress, stage);
+  }
+
+ private:
+  PairColumns sorted_at_once(std::size_t n_pairs, const Progress& progress) const {
+    std::vector<FoundPair> pairs;
+    pairs.reserve(n_pairs);
+    for (const Part& part : parts_) pairs.insert(pairs.end(), part.pairs_.begin(), part.pairs_.end());
+    PairColumns columns;
+    columns.resize(sort_unique(pairs.data(), pairs.data() + pairs.size(), progress));
+    for (std::size_t at = 0; at < columns.i.size(); ++at) columns.set(at, pairs[at]);
+    return columns;
+  }
+
+  PairColumns sorted_by_first(unsigned n_threads, Progress& progress, Stage stage) {
     constexpr std::size_t chunk_size = 4096;  // primitives
     const std::size_t n_prims = query_.first.n_prims();
     // Move the pairs of each first primitive together.
@@ -131,18 +157,11 @@ class PairList {
     columns.resize(to[n_prims]);
     for_each_chunk({half, stage.to}, [&](std::size_t prim) {
       const FoundPair* from = pairs.data() + begins[prim];
-      for (std::size_t at = to[prim]; at < to[prim + 1]; ++at, ++from) {
-        columns.i[at] = from->i;
-        columns.j[at] = from->j;
-        columns.s[at] = from->s;
-        columns.t[at] = from->t;
-        columns.distance[at] = from->distance;
-      }
+      for (std::size_t at = to[prim]; at < to[prim + 1]; ++at, ++from) columns.set(at, *from);
     });
     return columns;
   }
 
- private:
   bool has_room() const { return std::size_t(std::max<std::int64_t>(n_found_.load(), 0)) <= query_.max_pairs; }
   void require_room() const {
     if (!has_room()) throw TooManyPairs{};

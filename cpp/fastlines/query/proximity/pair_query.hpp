@@ -11,34 +11,42 @@
 
 namespace fastlines {
 
-/// Neighbours along strands, which a self-join leaves out.
+/// Neighbours along strands, which pairs of one whole leave out.
 struct StrandNeighbours {
-  /// The strand of a row, -1 for none, and the position of its primitive along it.
+  /// The strand of a row, -1 for none; the position of its primitive along it; and the number of primitives that the
+  /// strand has if it is closed, else 0.
   struct Place {
-    std::int32_t strand, position;
+    std::int32_t strand, position, period;
   };
-  std::span<const Place> places;          ///< of each row; empty if none is left out
-  std::span<const std::int32_t> periods;  ///< of each strand: the number of its primitives if it is closed, else 0
-  std::int32_t reach = 0;                 ///< the positions of neighbours differ by at most this
+  std::span<const Place> first, second;  ///< of each row of both sets; empty if none is left out
+  std::int32_t reach = 0;                ///< the positions of neighbours differ by at most this
 
   bool has(std::uint32_t i, std::uint32_t j) const {
-    if (places.empty()) return false;
-    const Place &a = places[i], &b = places[j];
-    if (a.strand != b.strand || a.strand < 0) return false;
-    const std::int32_t apart = std::abs(a.position - b.position), period = periods[std::size_t(a.strand)];
-    return (period > 0 ? std::min(apart, period - apart) : apart) <= reach;
+    if (first.empty()) return false;
+    const Place &a = first[i], &b = second[j];
+    if (a.strand != b.strand || a.strand == -1) return false;
+    const std::int32_t apart = std::abs(a.position - b.position);
+    return (a.period > 0 ? std::min(apart, a.period - apart) : apart) <= reach;
   }
 };
 
+/// Two sets as parts of one whole: the number there of each of their primitives.
+struct WholeNumbers {
+  std::span<const std::int64_t> first, second;  ///< rising; empty if the sets are no parts
+  bool are_known() const { return !first.empty(); }
+};
+
 /// All pairs of a primitive of `first` and one of `second` whose distance is at most `radius`. In a self-join both are
-/// the same set: each pair counts once, and its first primitive is the one with the lower id.
+/// the same set: each pair counts once, and its first primitive is the one with the lower id. So it is for parts of one
+/// whole: a second query, with both exchanged, finds the pairs whose first primitive is in the other part.
 struct PairQuery {
   AxisSet first, second;
   bool is_self;
   Frame frame;
   float radius;  ///< in units of the scene
   bool surface;  ///< whether radii count
-  StrandNeighbours neighbours;
+  StrandNeighbours neighbours = {};
+  WholeNumbers numbers = {};
   /// The first primitive of a pair is in [begin, end).
   std::int64_t begin = 0, end = INT64_MAX;
   std::size_t max_pairs = ~std::size_t(0);
@@ -53,7 +61,8 @@ struct PairQuery {
   /// Whether a pair of rows counts, whatever its distance is. In a self-join i < j.
   bool counts(std::uint32_t i, std::uint32_t j) const {
     if (!is_first(i)) return false;
-    return !is_self || (first.owner_of(i) != second.owner_of(j) && !neighbours.has(i, j));
+    if (is_self) return first.owner_of(i) != second.owner_of(j) && !neighbours.has(i, j);
+    return !numbers.are_known() || (numbers.first[i] < numbers.second[j] && !neighbours.has(i, j));
   }
 };
 

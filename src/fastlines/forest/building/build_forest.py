@@ -43,7 +43,7 @@ def build_forest(
     progress: ProgressOption = False,
     **settings: Any,
 ) -> Forest:
-    """Build a forest of lines that need not fit into memory; `docs/forests.md` shows how.
+    """Build a forest of lines that need not fit into memory.
 
     The lines are read once and divided into tiles: the scene is halved at medians of the centroids of its segments.
     Then each tile becomes a tree, whose file is in the folder. Numbers, strands, rows and attributes are those of all
@@ -96,23 +96,23 @@ def build_forest(
 
     Examples
     --------
-    >>> import tempfile
-    >>> import numpy as np
+    >>> import os, tempfile
     >>> import fastlines as fl
-    >>> chunks = ([[[[x, y, 0], [x + 1, y, 0]] for x in range(10)] for y in range(10)])
-    >>> forest = fl.build_forest(iter(chunks), tempfile.mkdtemp(), max_segments=30)
+    >>> chunks = ([[[x, y, 0], [x + 1, y, 0]] for x in range(10)] for y in range(10))
+    >>> forest = fl.build_forest(chunks, os.path.join(tempfile.mkdtemp(), "grid"), max_segments=30)
     >>> forest.n_prims, forest.n_tiles
     (100, 4)
-    >>> print(forest.first_hit([5.5, 5, 9], [0, 0, -1], 0.1).prim)
-    55
+    >>> print(forest.first_hit([5.5, 2, 9], [0, 0, -1], radius=0.1).prim)
+    25
     """
     choice("invalid", invalid, INVALID)
     wanted = check_offset(offset)
     if map is not None and not callable(map):
         raise InputError(f"map={map!r}; expected a function, such as executor.map")
-    budget = Budget(memory, max_segments)
+    # A tree of one segment shows what is wrong with the settings.
+    tree = build(np.zeros((1, 2, 3), np.float32), method, **settings)
+    budget = Budget(memory, max_segments, tree.settings)
     given = source_of(source)
-    named = build(np.zeros((1, 2, 3), np.float32), method, **settings).method
     journal = Journal(Path(folder))
     journal.begin(
         {
@@ -135,8 +135,8 @@ def build_forest(
             tiles = tiles_of(journal, plan.most)
             tasks = [TileTask(os.fspath(folder), i, rows, method, settings) for i, rows in enumerate(tiles)]
             facts = build_tiles(journal, tasks, map, _stage(callback, PARTITIONED, BUILT))
-            index = index_tiles(journal, plan, tiles)
-            write_manifest(folder, plan.frame, facts, index, named, n_strands=plan.n_strands, facts=plan.facts)
+            index = index_tiles(journal, plan, tiles, settings.get("own_radius", True))
+            write_manifest(folder, plan.frame, facts, index, tree.method, n_strands=plan.n_strands, facts=plan.facts)
     journal.clear()
     if is_built and given.is_stream:
         raise InputError(

@@ -6,14 +6,18 @@ lie on its left. Centroids are doubled, a + b: their order is the same, and no d
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
 from ...arrays import AnyArray, FloatArray, IntArray
 
-#: How many samples a leaf has, which keeps its count within some 2 % of the mean; and the most of all.
-SAMPLES_A_LEAF, MOST_SAMPLES, LEAST_SAMPLES = 4096, 1 << 22, 1 << 16
+#: How many samples a leaf has, if that is not more than the most of all.
+SAMPLES_A_LEAF, LEAST_SAMPLES, MOST_SAMPLES = 4096, 1 << 16, 1 << 20
+
+#: Leaves are planned to be so full at most, and by so many standard deviations less than full.
+FULL, DEVIATIONS = 0.95, 3.0
 
 
 @dataclass(frozen=True)
@@ -121,9 +125,21 @@ def centroids_of(segments: FloatArray) -> FloatArray:
     return centroids
 
 
+def n_leaves_for(n_rows: int, most: int) -> int:
+    """Return how many leaves hold so many rows, of which few have more than `most`.
+
+    The count of a leaf with s samples has a standard deviation of about one part in √s.
+    """
+    if n_rows <= most:
+        return 1
+    a_leaf = min(SAMPLES_A_LEAF, max(1.0, MOST_SAMPLES * most / n_rows))
+    full = min(FULL, max(0.5, 1 - DEVIATIONS / math.sqrt(a_leaf))) if n_rows > MOST_SAMPLES else FULL
+    return math.ceil(n_rows / (full * most))
+
+
 def n_samples(n_rows: int, n_leaves: int) -> int:
     """Return how many of the rows to sample for so many leaves."""
-    return min(n_rows, MOST_SAMPLES, max(LEAST_SAMPLES, SAMPLES_A_LEAF * n_leaves))
+    return min(n_rows, MOST_SAMPLES, max(LEAST_SAMPLES, SAMPLES_A_LEAF * n_leaves)) if n_leaves > 1 else 0
 
 
 def sampled(n_rows: int, n_wanted: int) -> IntArray:

@@ -19,8 +19,8 @@ from .spill import CLOSED, SKIPPED
 from .stage_file import read_stage
 
 
-def index_tiles(journal: Journal, plan: Plan, tiles: Sequence[TileRows]) -> str:
-    """Write the index, and return its digest.
+def index_tiles(journal: Journal, plan: Plan, tiles: Sequence[TileRows], own_radius: bool = True) -> str:
+    """Write the index, and return its digest; `own_radius` is that of the trees.
 
     The columns are written part by part and then mapped: they may not fit into memory.
     """
@@ -51,7 +51,7 @@ def index_tiles(journal: Journal, plan: Plan, tiles: Sequence[TileRows]) -> str:
         journal.folder,
         _mapped(journal.column("tile_of"), np.dtype(np.uint32)),
         _mapped(journal.column("strands"), strand_type) if has_strands else None,
-        _lines(sample, plan),
+        _lines(sample, plan) if own_radius else _lines(sample, plan).without_radius(),
         skipped=np.concatenate(others[SKIPPED]),
         closed=np.concatenate(others[CLOSED]),
     )

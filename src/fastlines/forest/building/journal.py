@@ -158,8 +158,8 @@ class Journal:
                 raise
             left = shutil.disk_usage(self.folder).free
             why = (
-                f"the disk is full ({left / 1e6:.0f} MB are left) while {self.folder} is built; what is done is kept: "
-                "free some space, and call fl.build_forest again, which goes on"
+                f"there is not enough space on the disk ({left / 1e6:.0f} MB are free) to build {self.folder}; what is "
+                "done is kept: free some more, and call fl.build_forest again, which goes on"
             )
             raise OSError(error.errno, why, error.filename) from None
 

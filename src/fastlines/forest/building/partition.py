@@ -81,6 +81,7 @@ def _write_part(journal: Journal, plan: Plan, number: int) -> None:
         **{name: np.concatenate(found) for name, found in others.items()},
     }
     write_stage(journal.part(number), arrays, {})
+    del rows, arrays, others, found  # which map the chunks
     for chunk in range(begin, end):
         _remove(journal, chunk)
 

@@ -15,13 +15,10 @@ from ...errors import FileWarning
 from ...geometry.offsets import OFFSET
 from ...support.warn_caller import warn_caller
 from .budget import Budget
-from .halving import Halving, centroids_of, n_samples, sampled
+from .halving import Halving, centroids_of, n_leaves_for, n_samples, sampled
 from .journal import Journal
 from .rows import MISSING, Column, Rows
 from .stage_file import read_stage, write_stage
-
-#: Leaves are planned to be so full, as halves of a sample are not exact.
-FULL = 0.95
 
 
 @dataclass(frozen=True)
@@ -88,8 +85,8 @@ class Plan:
             halving,
             schema,
             facts["facts"],
-            arrays["first"],
-            arrays["batches"],
+            np.array(arrays["first"]),
+            np.array(arrays["batches"]),
             facts["n_numbers"],
             facts["n_strands"],
             facts["most"],
@@ -135,9 +132,8 @@ def _row_bytes(schema: dict[str, Column]) -> int:
 def _halving(journal: Journal, first: IntArray, most: int) -> Halving:
     """Halve the scene into leaves of at most so many segments, as a sample shows them."""
     n_prims = int(first[-1])
-    n_leaves = 1 if n_prims <= most else math.ceil(n_prims / (FULL * most))
-    n_wanted = n_samples(n_prims, n_leaves) if n_leaves > 1 else 0
-    return Halving.of(_sample(journal, first, n_wanted), n_leaves)
+    n_leaves = n_leaves_for(n_prims, most)
+    return Halving.of(_sample(journal, first, n_samples(n_prims, n_leaves)), n_leaves)
 
 
 def _sample(journal: Journal, first: IntArray, n_wanted: int) -> FloatArray:

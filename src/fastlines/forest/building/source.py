@@ -17,6 +17,7 @@ from ...geometry.any_geometry import AnyGeometry
 from ...geometry.foreign import lines, to_array
 from ...geometry.lines import Lines
 from ...io.chunks import read_chunks
+from ...io.reading import check_path
 from ...progress import ProgressCallback
 
 #: The facts of chunks, which are known only once they are read.
@@ -100,6 +101,7 @@ def _of_files(paths: Sequence[str | os.PathLike[str]]) -> Source:
 
 def _file_facts(path: Path) -> dict[str, Any]:
     """Return what tells that a file has changed: its size and time; of a folder, those of all files in it."""
+    check_path(path)
     files = sorted(file for file in path.rglob("*") if file.is_file()) if path.is_dir() else [path]
     found = [file.stat() for file in files]
     facts = {"path": os.path.abspath(path), "bytes": sum(of.st_size for of in found)}

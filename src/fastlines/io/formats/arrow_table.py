@@ -8,14 +8,16 @@ Arrow are added up one by one.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Generator, Iterable, Iterator
+from contextlib import contextmanager
 from typing import Any, NamedTuple
 
 import pyarrow as pa
 import pyarrow.ipc
 from pyarrow import parquet
 
-from ..source import Source
+from ...errors import FastlinesError
+from ..source import BAD_COPY, Source, reason
 from .geoparquet import Geometries, find_geometries
 
 STRAND = "strand"
@@ -34,54 +36,169 @@ class Columns(NamedTuple):
     geometries: Geometries | None
 
 
-def read_table(source: Source, has_lines: Callable[[list[str]], bool]) -> Columns:
-    """Return the usable columns of a file.
+class TableFile:
+    """One file of a table, which is read whole or batch by batch.
 
     Parameters
     ----------
+    source : Source
     has_lines : callable
         Takes the names of columns, and returns whether they hold lines without geometries.
+    in_memory : bool
+        Whether all bytes of the file are read first.
+
+    Attributes
+    ----------
+    schema : schema of Arrow
+        Of all columns.
+    names : list of str
+        The usable columns.
+    geometries : Geometries or None
     """
-    start = source.data[:6]
-    if start[:4] == b"FEA1":
-        raise source.error("is Feather of version 1; write it again as version 2, or as Parquet")
-    buffer = pa.py_buffer(source.data)
-    is_parquet = start[:4] == b"PAR1"
-    if is_parquet:
-        file = parquet.ParquetFile(pa.BufferReader(buffer))
-        schema = file.schema_arrow
-    else:
-        open_ipc = pa.ipc.open_file if start == b"ARROW1" else pa.ipc.open_stream
-        schema = open_ipc(buffer).schema
-    str(schema)  # decodes all names
-    names = schema.names
-    if len(set(names)) < len(names):
-        raise source.error("has several columns of one name; rename them")
-    geometries = None if has_lines(names) else find_geometries(schema)
-    if geometries is None:
-        used = [i for i, field in enumerate(schema) if _is_used(source, field.name, field.type)]
-    else:
-        of_rows = [has_texts(field.type) or numbers_of(field.type) is not None for field in schema]
-        used = [i for i, name in enumerate(names) if of_rows[i] or name == geometries.name]
-    if not used:
-        return Columns(schema.empty_table(), schema, None)
-    if is_parquet:
-        used_names = [names[i] for i in used]
-        _check_parquet(source, file.metadata, {name: schema.field(name).type for name in used_names})
-        # Read each text once: a long one may be in many rows. The same holds for geometries.
-        coded = [name for name in used_names if _is_bytes(schema.field(name).type)]
-        if coded:
-            file = parquet.ParquetFile(pa.BufferReader(buffer), metadata=file.metadata, read_dictionary=coded)
-        if geometries is None:
-            table = file.read(columns=used_names).select(used_names)
+
+    def __init__(self, source: Source, has_lines: Callable[[list[str]], bool], *, in_memory: bool) -> None:
+        self.source = source
+        start = source.start(6)
+        if start[:4] == b"FEA1":
+            raise source.error("is Feather of version 1; write it again as version 2, or as Parquet")
+        self._buffer = pa.py_buffer(source.data) if in_memory else None
+        self._is_parquet = start[:4] == b"PAR1"
+        self._open_ipc = pa.ipc.open_file if start == b"ARROW1" else pa.ipc.open_stream
+        if self._is_parquet:
+            file = parquet.ParquetFile(self._opened())
+            self._facts, self.schema = file.metadata, file.schema_arrow
         else:
-            batches = _limited(source, file.iter_batches(_BATCH, columns=used_names))
-            table = pa.Table.from_batches(batches, None if batches else file.schema_arrow).select(used_names)
-    else:
-        reader = open_ipc(buffer, options=pa.ipc.IpcReadOptions(included_fields=used))
-        table = pa.Table.from_batches(_batches(source, reader), reader.schema)
-    table.validate(full=True)
-    return Columns(table, schema, geometries)
+            self.schema = self._open_ipc(self._opened()).schema
+        str(self.schema)  # decodes all names
+        names = self.schema.names
+        if len(set(names)) < len(names):
+            raise source.error("has several columns of one name; rename them")
+        self.geometries = None if has_lines(names) else find_geometries(self.schema)
+        if self.geometries is None:
+            used = [_is_used(source, field.name, field.type) for field in self.schema]
+        else:
+            of_rows = [has_texts(field.type) or numbers_of(field.type) is not None for field in self.schema]
+            used = [of_rows[i] or name == self.geometries.name for i, name in enumerate(names)]
+        self.names = [name for name, is_used in zip(names, used, strict=True) if is_used]
+        if self._is_parquet and self.names:
+            _check_parquet(source, self._facts, {name: self.schema.field(name).type for name in self.names})
+
+    def read(self) -> Any:
+        """Return the table of the usable columns."""
+        if not self.names:
+            return self.schema.empty_table()
+        if self._is_parquet:
+            file = self._parquet(self.names)
+            if self.geometries is None:
+                table = file.read(columns=self.names).select(self.names)
+            else:
+                batches = list(_limited(self.source, file.iter_batches(_BATCH, columns=self.names)))
+                table = pa.Table.from_batches(batches, None if batches else file.schema_arrow).select(self.names)
+        else:
+            reader = self._reader(self.names)
+            table = pa.Table.from_batches(list(_batches(self.source, reader)), reader.schema)
+        table.validate(full=True)
+        return table
+
+    def batches(self, names: list[str], n_rows: int) -> Iterator[Any]:
+        """Yield some of the usable columns as tables of up to so many rows."""
+        given: Iterator[Any]
+        if self._is_parquet:
+            file = self._parquet(names)
+            # One reader of all row groups would keep what it has read of each.
+            groups = range(self._facts.num_row_groups)
+            given = (batch for i in groups for batch in file.iter_batches(n_rows, row_groups=[i], columns=names))
+        else:
+            given = _batches(self.source, self._reader(names))
+        while True:
+            with whole_table(self.source):
+                batch = next(given, None)
+                if batch is None:
+                    return
+                table = pa.Table.from_batches([batch]).select(names)
+                table.validate(full=True)
+            yield from (table.slice(at, n_rows) for at in range(0, len(table), n_rows))
+            if self._is_parquet:
+                self.source.advance(self.source.size * len(table) // max(self._facts.num_rows, 1))
+
+    def _opened(self) -> Any:
+        return pa.PythonFile(self.source.open()) if self._buffer is None else pa.BufferReader(self._buffer)
+
+    def _parquet(self, names: list[str]) -> Any:
+        # Read each text once: a long one may be in many rows. The same holds for geometries.
+        coded = [name for name in names if _is_bytes(self.schema.field(name).type)]
+        return parquet.ParquetFile(self._opened(), metadata=self._facts, read_dictionary=coded or None)
+
+    def _reader(self, names: list[str]) -> Any:
+        fields = [self.schema.names.index(name) for name in names]
+        return self._open_ipc(self._opened(), options=pa.ipc.IpcReadOptions(included_fields=sorted(fields)))
+
+
+def read_table(source: Source, has_lines: Callable[[list[str]], bool]) -> Columns:
+    """Return the usable columns of a file, or of all files of a folder."""
+    tables, first = [], None
+    for file in files_of(source, has_lines, in_memory=True):
+        first = first or file
+        with whole_table(file.source):
+            tables.append(file.read())
+    assert first is not None
+    table = pa.concat_tables(tables) if len(tables) > 1 else tables[0]
+    return Columns(table, first.schema, first.geometries)
+
+
+def is_folder(source: Source) -> bool:
+    """Return whether a table is a folder of files."""
+    return source.path is not None and source.path.is_dir()
+
+
+def files_of(
+    source: Source, has_lines: Callable[[list[str]], bool], *, in_memory: bool = False
+) -> Generator[TableFile, None, None]:
+    """Yield the files of a table, which have the same columns; those of a folder are open one after the other."""
+    if not is_folder(source):
+        with whole_table(source):
+            file = TableFile(source, has_lines, in_memory=in_memory)
+        yield file
+        return
+    assert source.path is not None
+    paths = sorted(path for path in source.path.rglob("*.parquet") if path.is_file() and path.name[0] not in "._")
+    if not paths:
+        raise source.error("holds no .parquet file; check the path")
+    first: dict[str, Any] = {}
+    source.size = sum(path.stat().st_size for path in paths)
+    for path in paths:
+        with path.open("rb") as opened:
+            part = Source(opened, str(path), path)
+            if not part.size:
+                raise part.error(f"is empty; {BAD_COPY}")
+            with whole_table(part):
+                file = TableFile(part, has_lines, in_memory=in_memory)
+            columns = {name: file.schema.field(name).type for name in file.names}
+            first = first or columns
+            if columns != first:
+                raise part.error(
+                    f"has the columns {_text(columns)}, but {paths[0].name} has {_text(first)}; the files of a folder "
+                    "are one table: write them with the same columns, or read them one by one"
+                )
+            yield file
+            source.advance(part.size)
+
+
+@contextmanager
+def whole_table(source: Source) -> Iterator[None]:
+    """Turn what pyarrow raises into errors about a file."""
+    try:
+        yield
+    except FastlinesError:
+        raise
+    except (pa.ArrowException, OSError, ValueError, MemoryError) as error:
+        if source.stopped is not None:
+            raise
+        raise source.error(f"not a whole table ({reason(error)}); check the extension, or write it again") from None
+
+
+def _text(columns: dict[str, Any]) -> str:
+    return ", ".join(f"{name} ({kind})" for name, kind in columns.items())
 
 
 def numbers_of(kind: Any) -> tuple[Any, list[int]] | None:
@@ -143,19 +260,17 @@ def _check_parquet(source: Source, facts: Any, columns: dict[str, Any]) -> None:
     source.check_unpacked(sum(max(group.total_byte_size, 0) for group in groups))
 
 
-def _batches(source: Source, reader: Any) -> list[Any]:
+def _batches(source: Source, reader: Any) -> Iterator[Any]:
     """Read the batches of an Arrow file or stream, up to a limit."""
     is_file = isinstance(reader, pa.ipc.RecordBatchFileReader)
     return _limited(source, map(reader.get_batch, range(reader.num_record_batches)) if is_file else reader)
 
 
-def _limited(source: Source, given: Iterable[Any]) -> list[Any]:
-    """Return batches; refuse more bytes than a file of this size unpacks to."""
-    batches = []
+def _limited(source: Source, given: Iterable[Any]) -> Iterator[Any]:
+    """Yield batches; refuse more bytes than a file of this size unpacks to."""
     n_bytes = 0
     for batch in given:
         columns = (column.indices if pa.types.is_dictionary(column.type) else column for column in batch.columns)
         n_bytes += sum(column.nbytes for column in columns)
         source.check_unpacked(n_bytes)
-        batches.append(batch)
-    return batches
+        yield batch

@@ -24,7 +24,7 @@ from ...arrays import IntArray
 from ...geometry.lines import Lines
 from ..losses import conventions, strand_numbers
 from ..polylines import polylines_of
-from ..segment_collector import SegmentCollector, offset_for, warn_if_coarse
+from ..segment_collector import NO_STRANDS, Strands, lines_of, offset_for
 from ..source import BAD_COPY, Source
 from .streamlines import UNIT, UP
 
@@ -41,6 +41,11 @@ _FIRST_BYTES = 1 << 20
 
 def read(source: Source, invalid: str) -> Lines:
     """Read a ``.tck`` file, in RASMM and without attributes; streamlines without points count as strands."""
+    return next(read_chunks(source, None, invalid))
+
+
+def read_chunks(source: Source, max_segments: int | None, invalid: str) -> Iterator[Lines]:
+    """Read a ``.tck`` file in chunks."""
     start_of_file = source.start(len(MAGIC))
     if start_of_file != MAGIC:
         raise source.error(f"starts with {start_of_file!r}, a .tck file with {MAGIC!r}; check the extension")
@@ -48,21 +53,20 @@ def read(source: Source, invalid: str) -> Lines:
     type_name = _type(source, fields)
     is_guess |= "datatype" not in fields
     dtype = np.dtype(_TYPES[type_name.lower()])
-
-    # Join the points of some streamlines at a time.
     streamlines = _Streamlines(source, start, dtype)
-    offset = offset_for(source, (points for points, _ in streamlines))
-    collector = SegmentCollector(source.size // (3 * dtype.itemsize), offset=offset)
-    found = [np.empty(0, np.int64)]
-    for points, counts in streamlines:
-        collector.add(points, counts, {})
-        found.append(counts)
-    _check_end(source, start, type_name, is_guess, streamlines)
-    is_whole, n_left = streamlines.is_whole, streamlines.n_left
-    _check_count(source, fields.get("count", []), np.concatenate(found).tolist(), is_whole=is_whole, n_left=n_left)
-    if collector.may_be_coarse:
-        warn_if_coarse((points for points, _ in streamlines), offset)
-    return collector.lines(invalid)
+
+    def parts() -> Iterator[Strands]:
+        n_found = n_empty = 0
+        for points, counts in streamlines:
+            yield Strands(points, counts, {}, {})
+            n_found += len(counts)
+            n_empty += int(np.count_nonzero(counts == 0))
+        _check_end(source, start, type_name, is_guess, streamlines)
+        _check_count(source, fields.get("count", []), n_found, n_empty, streamlines)
+
+    offset = offset_for(source.offset, (points for points, _ in streamlines))
+    like = Strands(np.empty((0, 3), dtype), NO_STRANDS, {}, {})
+    yield from lines_of(parts(), like, source.size // (3 * dtype.itemsize), offset, {}, max_segments, invalid)
 
 
 def write(lines: Lines, path: Path) -> list[str]:
@@ -157,10 +161,14 @@ class _Streamlines:
         self.n_left = 0
 
     def __iter__(self) -> Iterator[tuple[npt.NDArray[np.floating], IntArray]]:
-        self.is_whole = False
-        size, at, rest = 3 * self.dtype.itemsize, self.start, b""
+        self.is_whole, self.n_left = False, 0
+        size, rest = 3 * self.dtype.itemsize, b""
         waiting: list[npt.NDArray[np.floating]] = []
         for piece in self.source.pieces(self.start):
+            if self.is_whole:
+                self.n_left += len(piece)
+                self.source.advance(len(piece))
+                continue
             data = rest + piece
             triples = np.frombuffer(data, self.dtype, 3 * (len(data) // size)).reshape(-1, 3)
             rest = data[triples.nbytes :]
@@ -180,10 +188,7 @@ class _Streamlines:
             else:
                 waiting.append(triples[:stop])
             self.source.advance(triples.nbytes)
-            at += size * (stop + self.is_whole)
-            if self.is_whole:
-                break
-        self.n_left = self.source.size - at
+            self.n_left = len(data) - size * (stop + self.is_whole)
         n_open = sum(map(len, waiting))
         self.is_open = n_open > 0
         if n_open:
@@ -217,12 +222,12 @@ def _check_end(source: Source, start: int, type_name: str, is_guess: bool, strea
         raise source.error(f"three Inf at the end are missing, which would prove where its data are; {BAD_COPY}")
 
 
-def _check_count(source: Source, texts: list[str], counts: list[int], *, is_whole: bool, n_left: int) -> None:
+def _check_count(source: Source, texts: list[str], n_found: int, n_empty: int, streamlines: _Streamlines) -> None:
     """Compare the header's counts with the streamlines that were found; a count of 0, or none, is unknown."""
     numbers = {int(text) if re.fullmatch("[0-9]{1,18}", text) else -1 for text in texts}
     promised = numbers - {0, -1}
-    n_found = len(counts)
-    agrees = not promised.isdisjoint({n_found, n_found - counts.count(0)})
+    is_whole, n_left = streamlines.is_whole, streamlines.n_left
+    agrees = not promised.isdisjoint({n_found, n_found - n_empty})
     given = " and ".join(text[:20] for text in texts)
     if not agrees and max(promised, default=0) > n_found:
         if not is_whole:

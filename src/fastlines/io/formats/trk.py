@@ -11,22 +11,21 @@ Lines keep the grid of their file, and what else its header says of the orientat
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
 
-from ...arrays import FLOAT64_ADVICE, AnyArray, FloatArray, warn_of_rounding
+from ...arrays import FLOAT64_ADVICE, AnyArray, FloatArray, IntArray, warn_of_rounding
 from ...errors import InputError
 from ...geometry.lines import Lines
 from ...geometry.offsets import NO_OFFSET
-from ...geometry.strand_attributes import with_strand_values
 from ..grid_reference import grid_to_write
 from ..losses import conventions, keeps_values, strand_numbers
 from ..polylines import polylines_of
-from ..segment_collector import SegmentCollector, offset_for, warn_if_coarse
+from ..segment_collector import NO_STRANDS, Strands, lines_of, offset_for
 from ..source import BAD_COPY, Source
 from ..voxel_grid import DEFAULT_ORDER, GRID, VoxelGrid, inverse, is_order, transform
 from .streamlines import UNIT, UP, split_values
@@ -61,6 +60,11 @@ def read(source: Source, invalid: str) -> Lines:
     Scalars per point and properties per streamline become ``attributes`` by their names, float32. A segment has those
     of its first point and of its streamline.
     """
+    return next(read_chunks(source, None, invalid))
+
+
+def read_chunks(source: Source, max_segments: int | None, invalid: str) -> Iterator[Lines]:
+    """Read a ``.trk`` file in chunks."""
     header, byte_order = _read_header(source)
     if min(header["n_scalars"], header["n_properties"]) < 0:
         raise source.error(
@@ -69,30 +73,26 @@ def read(source: Source, invalid: str) -> Lines:
         )
     grid = _grid(source, header)
     matrix = grid.to_rasmm()
-    names, n_scalars, n_properties = header["scalar_names"], header["n_scalars"], header["n_properties"]
-
-    # Join the points of some streamlines at a time.
+    n_scalars, n_properties = header["n_scalars"], header["n_properties"]
     streamlines = Streamlines(source, HEADER_SIZE, byte_order, 3 + n_scalars, n_properties)
-    offset = offset_for(source, (transform(matrix, rows[:, :3]) for rows, _, _ in streamlines))
-    collector = SegmentCollector(
-        source.size // (4 * (3 + n_scalars)), _columns(names, np.empty((0, n_scalars), np.float32), "scalars"), offset
-    )
-    properties = [np.empty((0, n_properties), np.float32)]
-    for rows, values, counts in streamlines:
-        collector.add(transform(matrix, rows[:, :3]), counts, _columns(names, rows[:, 3:], "scalars"))
-        properties.append(values)
-    _check(source, header["n_streamlines"], streamlines)
-    if collector.may_be_coarse:
-        warn_if_coarse((transform(matrix, rows[:, :3]) for rows, _, _ in streamlines), offset)
-    lines = collector.lines(invalid)
-    per_strand = _columns(header["property_names"], np.concatenate(properties), "properties")
-    lines = with_strand_values(lines, per_strand, "streamline")
-    if not grid.is_usable:
-        return lines
+
+    def strands(rows: FloatArray, properties: FloatArray, counts: IntArray) -> Strands:
+        scalars = _columns(header["scalar_names"], rows[:, 3:], "scalars")
+        per_strand = _columns(header["property_names"], properties, "properties")
+        return Strands(transform(matrix, rows[:, :3]), counts, scalars, per_strand)
+
+    def parts() -> Iterator[Strands]:
+        yield from (strands(*part) for part in streamlines)
+        _check(source, header["n_streamlines"], streamlines)
+
+    like = strands(np.empty((0, 3 + n_scalars), np.float32), np.empty((0, n_properties), np.float32), NO_STRANDS)
+    offset = offset_for(source.offset, (strands(*part).points for part in streamlines))
+    n_points = source.size // (4 * (3 + n_scalars))
     orientation = {name: header[name] for name in _ORIENTATION if any(header[name])}
     if "storage_order" in orientation:
         orientation["storage_order"] = header["storage_order"].decode("latin-1")
-    return replace(lines, metadata={**lines.metadata, GRID: grid.to_metadata() | orientation})
+    metadata = {GRID: grid.to_metadata() | orientation} if grid.is_usable else {}
+    yield from lines_of(parts(), like, n_points, offset, metadata, max_segments, invalid)
 
 
 def read_grid(source: Source) -> VoxelGrid:

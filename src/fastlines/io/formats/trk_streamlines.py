@@ -5,6 +5,7 @@ Each is its number of points, its points with their scalars, and its properties,
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Iterator
 from typing import Literal
 
@@ -77,7 +78,7 @@ class Streamlines:
             count = words[at]
             size = 1 + count * self.per_point + self.n_properties
             if count < 0 or at + size > n_words:
-                n_needed = 4 * size if count >= 0 else self.source.size
+                n_needed = 4 * size if count >= 0 else sys.maxsize
                 break
             counts.append(count)
             at += size

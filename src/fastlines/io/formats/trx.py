@@ -17,24 +17,25 @@ from __future__ import annotations
 import json
 import re
 import zipfile
-from dataclasses import replace
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from ...arrays import AnyArray, IntArray
+from ...arrays import AnyArray
 from ...errors import InputError
 from ...geometry.lines import Lines
-from ...geometry.strand_attributes import with_strand_values
 from ..grid_reference import grid_to_write
 from ..losses import conventions, free_name, strand_numbers
 from ..polylines import polylines_of
-from ..segment_collector import SegmentCollector, offset_for, warn_if_coarse
+from ..segment_collector import PART, Strands, lines_of, offset_for
 from ..source import BAD_COPY, Source, reason
+from ..stored_array import StoredArray
 from ..voxel_grid import GRID, VoxelGrid
-from .archive import unpack
+from .archive import Member, members
 from .streamlines import UNIT, UP, split_values
+from .trx_streamlines import Group, Offsets
 
 _TYPES = {
     f"{kind}{bits}": np.dtype(f"{kind}{bits}").newbyteorder("<")
@@ -48,6 +49,9 @@ _HIDDEN = re.compile(r"(?:^|/)(?:\.|__MACOSX/|Thumbs\.db$|desktop\.ini$)", re.IG
 MAX_GROUPS = 64
 #: What the name of an attribute begins with that is a group.
 GROUP = "group "
+#: The positions and the offsets of a file that lacks them.
+_NOTHING = StoredArray(lambda at, n: b"", np.float32, (0, 3))
+_ONE_OFFSET = StoredArray(lambda at, n: bytes(n), np.int64, (1,))
 
 
 def read(source: Source, invalid: str, *, bundle: str | None = None) -> Lines:
@@ -58,22 +62,29 @@ def read(source: Source, invalid: str, *, bundle: str | None = None) -> Lines:
     bundle : str, optional
         Read only the streamlines of the group of this name. They are the strands 0, 1, … in the group's order.
     """
-    members = _without_folder(source, unpack(source, ".trx"))
-    header = _header(source, members.pop(_HEADER))
+    return next(read_chunks(source, None, invalid, bundle=bundle))
+
+
+def read_chunks(
+    source: Source, max_segments: int | None, invalid: str, *, bundle: str | None = None
+) -> Iterator[Lines]:
+    """Read a ``.trx`` file in chunks."""
+    found = _without_folder(source, members(source, ".trx"))
+    header = _header(source, found.pop(_HEADER).data)
     n_streamlines, n_points = header["NB_STREAMLINES"], header["NB_VERTICES"]
-    arrays: dict[str, AnyArray] = {}
-    for member in list(members):
-        _array(source, arrays, member, members.pop(member))
-    points = arrays.pop("positions", np.empty((0, 3), np.float32))
+    arrays: dict[str, StoredArray] = {}
+    for path, member in found.items():
+        _add_array(source, arrays, path, member)
+    points = arrays.pop("positions", _NOTHING)
     if points.shape != (n_points, 3) or points.dtype.kind != "f":
         raise source.error(
             f"its positions are {points.dtype} of shape {points.shape}; by its header, expected floats of shape "
             f"({n_points}, 3); {BAD_COPY}"
         )
-    counts = _counts(source, arrays.pop("offsets", np.zeros(1, np.int64)), n_streamlines, n_points)
+    offsets = Offsets(source, arrays.pop("offsets", _ONE_OFFSET), n_streamlines, n_points)
 
     # Sort the other arrays into values per point, values per streamline and groups.
-    kinds: dict[str, dict[str, AnyArray]] = {"dpv": {}, "dps": {}, "groups": {}}
+    kinds: dict[str, dict[str, StoredArray]] = {"dpv": {}, "dps": {}, "groups": {}}
     for path, array in arrays.items():
         kind, _, name = path.partition("/")
         n = {"dpv": n_points, "dps": n_streamlines}.get(kind, len(array))
@@ -82,46 +93,51 @@ def read(source: Source, invalid: str, *, bundle: str | None = None) -> Lines:
         elif len(array) != n:
             what = "points" if kind == "dpv" else "streamlines"
             source.warn(f"{path!r} in it has {len(array)} values for {n} {what}, and is left out")
-        elif kind == "groups" and not _is_rows(array, n_streamlines):
+        elif kind == "groups" and not _is_rows(array[:], n_streamlines):
             source.warn(f"{path!r} in it does not hold numbers of its {n_streamlines} streamlines, and is left out")
         else:
             kinds[kind][name] = array
-    per_strand, groups = kinds["dps"], {name: array.astype(np.int64) for name, array in kinds["groups"].items()}
+    per_point, per_strand, groups = kinds.values()
 
+    grid = _grid(source, header)
+    metadata = {} if grid is None else {GRID: grid.to_metadata()}
     if bundle is not None:
         if not isinstance(bundle, str) or bundle not in groups:
             raise InputError(f"there is no bundle {bundle!r}; its groups are {', '.join(groups) or '(none)'}")
-        chosen = groups.pop(bundle)
-        first = np.cumsum(counts) - counts
-        sizes = counts[chosen]
-        rows = np.repeat(first[chosen] - np.cumsum(sizes) + sizes, sizes) + np.arange(int(sizes.sum()))
-        points, counts = points[rows], sizes
-        kinds["dpv"] = {name: values[rows] for name, values in kinds["dpv"].items()}
-        per_strand = {name: values[chosen] for name, values in per_strand.items()}
-    elif len(groups) > MAX_GROUPS:
-        some = ", ".join(list(groups)[:5])
-        source.warn(
-            f"its {len(groups)} groups ({some}, …) are left out, as they are more than {MAX_GROUPS}; "
-            "bundle= reads the streamlines of one"
+        chosen = groups[bundle][:].astype(np.int64)
+        rows, counts = offsets.rows_of(chosen)
+        whole = Strands(
+            points[:][rows],
+            counts,
+            {name: values[:][rows] for name, values in per_point.items()},
+            {name: values[:][chosen] for name, values in per_strand.items()},
         )
+        offset = offset_for(source.offset, [whole.points])
+        parts, like = whole.parts(), whole.split(0)[0]
     else:
-        for name, chosen in groups.items():
-            per_strand[GROUP + name] = np.bincount(chosen, minlength=n_streamlines) > 0
-    offset = offset_for(source, [points])
-    collector = SegmentCollector(len(points), kinds["dpv"], offset)
-    collector.add_in_parts(points, counts, kinds["dpv"])
-    if collector.may_be_coarse:
-        warn_if_coarse([points], offset)
-    del points, arrays
-    kinds.clear()  # which holds the last of the file's bytes
-    lines = with_strand_values(collector.lines(invalid), per_strand, "streamline")
-    grid = _grid(source, header)
-    return lines if grid is None else replace(lines, metadata={**lines.metadata, GRID: grid.to_metadata()})
+        if len(groups) > MAX_GROUPS:
+            some = ", ".join(list(groups)[:5])
+            source.warn(
+                f"its {len(groups)} groups ({some}, …) are left out, as they are more than {MAX_GROUPS}; "
+                "bundle= reads the streamlines of one"
+            )
+            groups = {}
+        columns: dict[str, StoredArray | Group] = {**per_strand}
+        columns |= {GROUP + name: Group(numbers[:], n_streamlines) for name, numbers in groups.items()}
+
+        def part(rows: slice, strands: slice) -> Strands:
+            values = {name: array[rows] for name, array in per_point.items()}
+            return Strands(points[rows], offsets[strands], values, {name: v[strands] for name, v in columns.items()})
+
+        starts = range(0, n_points, PART)
+        offset = offset_for(source.offset, (points[start : start + PART] for start in starts))
+        parts, like = (part(*place) for place in offsets.parts(PART)), part(slice(0), slice(0))
+    yield from lines_of(parts, like, n_points, offset, metadata, max_segments, invalid)
 
 
 def read_grid(source: Source) -> VoxelGrid | None:
     """Read the voxel grid alone."""
-    return _grid(source, _header(source, _without_folder(source, unpack(source, ".trx", _HEADER))[_HEADER]))
+    return _grid(source, _header(source, _without_folder(source, members(source, ".trx", _HEADER))[_HEADER].data))
 
 
 def write(lines: Lines, path: Path, *, reference: Any = None) -> list[str]:
@@ -184,9 +200,9 @@ def _safe(name: str) -> str:
     return re.sub(r"[^\w +()=,-]", "_", name).strip() or "_"
 
 
-def _without_folder(source: Source, members: dict[str, bytes]) -> dict[str, bytes]:
+def _without_folder(source: Source, found: dict[str, Member]) -> dict[str, Member]:
     """Return the members by their names in the folder of the header, and none that systems leave beside them."""
-    named = {name.replace("\\", "/"): data for name, data in members.items()}
+    named = {name.replace("\\", "/"): member for name, member in found.items()}
     folders = [name.removesuffix(_HEADER) for name in named if f"/{name}".endswith(f"/{_HEADER}")]
     if not folders:
         raise source.error(f"holds no {_HEADER!r}, so it is not a whole .trx file; check the extension, or {BAD_COPY}")
@@ -196,8 +212,8 @@ def _without_folder(source: Source, members: dict[str, bytes]) -> dict[str, byte
             f"holds several files of streamlines, in the folders {folder!r} and {others[0]!r}; unpack it, and read "
             "one of these folders"
         )
-    within = {name.removeprefix(folder): data for name, data in named.items() if name.startswith(folder)}
-    return {name: data for name, data in within.items() if not _HIDDEN.search(name)}
+    within = {name.removeprefix(folder): member for name, member in named.items() if name.startswith(folder)}
+    return {name: member for name, member in within.items() if not _HIDDEN.search(name)}
 
 
 def _grid(source: Source, header: dict[str, Any]) -> VoxelGrid | None:
@@ -228,38 +244,23 @@ def _header(source: Source, data: bytes) -> dict[str, Any]:
     return dict(header)
 
 
-def _array(source: Source, arrays: dict[str, AnyArray], path: str, data: bytes) -> None:
+def _add_array(source: Source, arrays: dict[str, StoredArray], path: str, member: Member) -> None:
     """Add a member as an array, (n,) or (n, columns), by its path without columns and type."""
     folder, slash, last = path.rpartition("/")
     words = last.split(".")
     dtype = _TYPES.get(words.pop())
     columns = int(words.pop()) if len(words) > 1 and re.fullmatch("[0-9]{1,9}", words[-1]) else 1
     name = f"{folder}{slash}{'.'.join(words).strip()}"
-    if dtype is None or not columns or len(data) % (columns * dtype.itemsize):
-        source.warn(f"{path!r} in it ({len(data)} bytes) is left out, as its name is not that of an array of this size")
+    size = columns * dtype.itemsize if dtype else 0
+    if dtype is None or not size or member.size % size:
+        source.warn(
+            f"{path!r} in it ({member.size} bytes) is left out, as its name is not that of an array of this size"
+        )
     elif name in arrays:
         source.warn(f"{path!r} in it is left out, as another array has its name")
     else:
-        array = np.frombuffer(data, dtype)
-        arrays[name] = array.reshape(-1, columns) if columns > 1 else array
-
-
-def _counts(source: Source, offsets: AnyArray, n_streamlines: int, n_points: int) -> IntArray:
-    """Return the number of points of each streamline."""
-    if offsets.ndim == 1 and len(offsets) == n_streamlines and n_streamlines:
-        source.warn("its offsets lack the end of the last streamline, as in an older version of the format")
-        offsets = np.append(offsets, np.array(n_points, offsets.dtype))
-    if offsets.dtype.kind not in "iu" or offsets.shape != (n_streamlines + 1,):
-        raise source.error(
-            f"its offsets are {offsets.dtype} of shape {offsets.shape}; by its header, expected whole numbers of shape "
-            f"({n_streamlines + 1},); {BAD_COPY}"
-        )
-    if offsets[0] != 0 or offsets[-1] != n_points or (offsets[1:] < offsets[:-1]).any():
-        raise source.error(
-            f"its {len(offsets)} offsets, from {offsets[0]} to {offsets[-1]}, do not rise from 0 to the {n_points} "
-            f"points of its {n_streamlines} streamlines; its header or its offsets are wrong: write it again"
-        )
-    return np.asarray(np.diff(offsets.astype(np.int64)), np.int64)
+        shape = (member.size // size, columns) if columns > 1 else (member.size // size,)
+        arrays[name] = StoredArray(member.read, dtype, shape)
 
 
 def _is_rows(array: AnyArray, n: int) -> bool:

@@ -22,7 +22,6 @@ The library does not check all of a binary file before it uses it: a damaged ``.
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
@@ -34,19 +33,20 @@ import numpy as np
 from ...errors import InputError
 from ...geometry.collection import Geometry
 from ...geometry.lines import Lines
-from ...geometry.offsets import AUTO, middle_of
 from ...support.optional import optional
-from ...support.texts import kinds_text
+from ..cut_lines import regroup
 from ..format import AnyLines
-from ..source import UNPACK_BYTES, UNPACK_FACTOR, Source
+from ..rounding import Rounding
+from ..segment_collector import offset_for
+from ..source import Source
 from ..units import unit_of
-from .usd_curves import Strokes, placed, strokes_of
-from .usd_join import joined
+from .usd_curves import Strokes
+from .usd_join import Columns, joined
+from .usd_scene import Scene, reason_of, short, text_of
 from .usd_values import Remarks
-from .usd_walk import Walk
 from .usd_write import write
 
-__all__ = ["read", "write"]
+__all__ = ["read", "read_chunks", "write"]
 
 _EXTENSIONS = (".usd", ".usda", ".usdc", ".usdz")
 #: How many of the library's own warnings are passed on.
@@ -64,97 +64,95 @@ def read(source: Source, invalid: str, *, time: float | None = None, prim: str |
     prim : str, optional
         The path of a prim, such as ``"/World/Hair"``: only what is below it is read, at its place in the world.
     """
+    _check_options(time, prim)
+    with _told(source), source.file(_extension(source)) as path, _readable(source, path):
+        scene = Scene(source, path, time, prim)
+        parts: dict[int, list[Strokes]] = {2: [], 4: []}
+        for strokes in scene.strokes():
+            parts[strokes.control.shape[1]].append(strokes)
+        every = [strokes for some in parts.values() for strokes in some]
+        # Lines and curves have the same offset.
+        offset = offset_for(source.offset, (strokes.control.reshape(-1, 3) for strokes in every))
+        number_prims, rounding = sum(strokes.n_prims for strokes in every) > 1, Rounding()
+        facts, found = _facts(source, scene.stage), []
+        for some in filter(None, parts.values()):
+            columns = Columns(some, scene.remarks, number_prims=number_prims)
+            found.append(joined(some, columns, invalid, rounding, offset))
+        scene.remarks.warn()
+        rounding.warn()
+        made = [replace(part, **facts) for part in found] or [replace(_no_lines(), **facts)]
+        return Geometry(made) if len(made) > 1 else made[0]
+
+
+def read_chunks(
+    source: Source, max_segments: int, invalid: str, *, time: float | None = None, prim: str | None = None
+) -> Iterator[Lines] | None:
+    """Read linear curves prim by prim; not those of a file that has cubic ones."""
+    _check_options(time, prim)
+    n_oddities, lines = len(source.oddities), _linear(source, invalid, time, prim)
+    if next(lines):
+        return regroup(lines, max_segments)
+    del source.oddities[n_oddities:]
+    return None
+
+
+def _linear(source: Source, invalid: str, time: float | None, prim: str | None) -> Iterator[Any]:
+    """Yield whether all curves are linear, and then the lines of each prim."""
+    with source.file(_extension(source)) as path, _readable(source, path):
+        # Look at all prims first: what one of them has, all have.
+        with _told(source):
+            scene = Scene(source, path, time, prim)
+            like = []
+            for strokes in scene.strokes(0.5):
+                if strokes.control.shape[1] == 4:
+                    yield False
+                    return
+                like.append(strokes.without_rows())
+            facts = _facts(source, scene.stage)
+            if like:
+                columns = Columns(like, scene.remarks, number_prims=sum(strokes.n_prims for strokes in like) > 1)
+            scene.remarks.warn()
+        silent = Source(b"", source.name)
+        scene.remarks = Remarks(silent)
+        with _told(silent):
+            offset = offset_for(source.offset, (strokes.control.reshape(-1, 3) for strokes in scene.strokes(0)))
+        yield True
+        if not like:
+            yield replace(_no_lines(), **facts)
+        rounding, again = Rounding(), scene.strokes(0.5)
+        while True:
+            with _told(silent):
+                part = next(again, None)
+            if part is None:
+                break
+            yield replace(joined([part], columns, invalid, rounding, offset), **facts)
+            del part
+        rounding.warn()
+
+
+def _check_options(time: float | None, prim: str | None) -> None:
+    """Check the options of a reader, and that the library is there."""
     if time is not None and (isinstance(time, bool) or not isinstance(time, int | float) or not math.isfinite(time)):
         raise InputError(f"time={time!r}; expected a time code of the file, a number, or None for the earliest")
     if prim is not None and not isinstance(prim, str):
         raise InputError(f"prim={prim!r}; expected the path of a prim, such as '/World/Hair'")
     optional("pxr", "reading USD files", "usd")
+
+
+@contextmanager
+def _readable(source: Source, path: Path) -> Iterator[None]:
+    """Turn what the library raises into errors about the file."""
     from pxr import Tf
 
-    with _told(source), source.file(_extension(source)) as path:
-        try:
-            return _read(source, path, invalid, time, prim)
-        except (Tf.ErrorException, RuntimeError, UnicodeDecodeError, MemoryError) as error:
-            why = _reason(error).replace(str(path.absolute()), "")
-            raise source.error(f"USD cannot read it ({why}); fix it, or get a fresh copy") from None
-
-
-def _read(source: Source, path: Path, invalid: str, time: float | None, prim: str | None) -> AnyLines:
-    from pxr import Sdf, Tf, Usd
-
-    if path != source.path:
-        _find_assets(path, Path(source.name).absolute().parent)
-    stage = Usd.Stage.Open(str(path.absolute()))
-    for layer in stage.GetUsedLayers():
-        # USD shares layers that this program has open elsewhere, even if their file has changed since.
-        if layer.dirty:
-            source.warn(f"this program has changed {layer.identifier} without saving it; it is read as changed")
-        elif not layer.anonymous:
-            layer.Reload()
-    root = stage.GetPseudoRoot()
-    if prim is not None:
-        root = stage.GetPrimAtPath(prim) if Sdf.Path.IsValidPathString(prim) and prim.startswith("/") else None
-        if not root:
-            top = ", ".join(str(child.GetPath()) for child in stage.GetPseudoRoot().GetChildren()[:5]) or "nothing"
-            raise InputError(f"there is no prim {prim!r}; at the top of the file there is {top}")
-    layers = [Path(layer.realPath) for layer in stage.GetUsedLayers() if layer.realPath]
-    n_bytes = sum(layer.stat().st_size for layer in layers if layer.is_file())
-    limit = UNPACK_FACTOR * max(n_bytes, source.size) + UNPACK_BYTES
-
-    # Read each prim once, and copy it to its places.
-    remarks = Remarks(source)
-    when = Usd.TimeCode.EarliestTime() if time is None else Usd.TimeCode(float(time))
-    walk = Walk(source, when, remarks, limit)
-    parts: dict[int, list[Strokes]] = {2: [], 4: []}
-    n_strands = n_prims = 0
-    for curves, places in walk.curves(root):
-        try:
-            strokes = strokes_of(curves, when, remarks)
-        except (Tf.ErrorException, TypeError, AttributeError, UnicodeDecodeError) as error:  # values of a wrong type
-            remarks.add(f"left out, as USD cannot read it: {_reason(error)}", curves.GetPath())
-            continue
-        if strokes is None:
-            continue
-        source.advance(strokes.control.nbytes)  # about twice what the file has of them: read, and parsed
-        values = [*strokes.attributes.values(), *strokes.end_attributes.values()]
-        walk.spend((strokes.control.nbytes + sum(array.nbytes for array in values)) * len(places))
-        made = placed(strokes, places, curves.GetPath(), remarks)
-        if n_prims:
-            made = replace(made, strands=made.strands + n_strands, prim=made.prim + n_prims)
-        parts[made.control.shape[1]].append(made)
-        n_strands += made.n_strands
-        n_prims += made.n_prims
-    _tell_of_others(walk, remarks)
-
-    if source.offset == AUTO:  # the same one for lines and curves
-        every = [strokes.control.reshape(-1, 3) for some in parts.values() for strokes in some]
-        source.offset = middle_of(np.concatenate([np.empty((0, 3)), *every]))
-    facts = _facts(source, stage)
-    found = [joined(some, remarks, invalid, number_prims=n_prims > 1) for some in parts.values() if some]
-    remarks.warn()
-    made_parts = [replace(part, **facts) for part in found] or [replace(_no_lines(), **facts)]
-    return Geometry(made_parts) if len(made_parts) > 1 else made_parts[0]
-
-
-def _find_assets(copy: Path, folder: Path) -> None:
-    """Let a copy of a file, such as one that was packed, refer to what is beside the file itself."""
-    from pxr import Sdf, UsdUtils
-
-    if copy.suffix.lower() == ".usdz":  # which holds what it refers to
-        return
-    layer = Sdf.Layer.FindOrOpen(str(copy.absolute()))
-    UsdUtils.ModifyAssetPaths(layer, lambda asset: str(folder / asset) if (folder / asset).is_file() else asset)
-    if layer.dirty:
-        layer.Save()
+    try:
+        yield
+    except (Tf.ErrorException, RuntimeError, UnicodeDecodeError, MemoryError) as error:
+        why = reason_of(error).replace(str(path.absolute()), "")
+        raise source.error(f"USD cannot read it ({why}); fix it, or get a fresh copy") from None
 
 
 def _no_lines() -> Lines:
     return Lines(np.empty((0, 2, 3), np.float32))
-
-
-def _tell_of_others(walk: Walk, remarks: Remarks) -> None:
-    if walk.other:
-        remarks.source.warn(f"prims that are not BasisCurves or HermiteCurves are not read: {kinds_text(walk.other)}")
 
 
 def _facts(source: Source, stage: Any) -> dict[str, Any]:
@@ -195,28 +193,9 @@ def _told(source: Source) -> Iterator[None]:
     try:
         yield
     finally:
-        told = dict.fromkeys(_text(found, "commentary") for found in delegate.TakeUncoalescedDiagnostics())
+        told = dict.fromkeys(text_of(found, "commentary") for found in delegate.TakeUncoalescedDiagnostics())
         del delegate
     for text in list(told)[:_N_WARNINGS]:
-        source.warn(f"USD says: {_short(text)}")
+        source.warn(f"USD says: {short(text)}")
     if len(told) > _N_WARNINGS:
         source.warn(f"USD says {len(told) - _N_WARNINGS} other things")
-
-
-def _reason(error: Exception) -> str:
-    """Return what USD says in an error, without its functions and lines."""
-    text = _text(error)
-    said = re.findall(r": '(.*?)'\s*(?:Error in|$)", text)
-    return _short(said[0] if said else text) or type(error).__name__
-
-
-def _text(said: object, attribute: str = "") -> str:
-    """Return a text of USD in one line; it may hold bytes of the file that are not text."""
-    try:
-        return " ".join(str(getattr(said, attribute) if attribute else said).split())
-    except UnicodeDecodeError:
-        return "it holds bytes that are not UTF-8"
-
-
-def _short(words: str) -> str:
-    return words if len(words) <= 200 else f"{words[:200]} …"

@@ -47,6 +47,18 @@ class Strokes:
     attributes: dict[str, AnyArray] = field(default_factory=dict)
     end_attributes: dict[str, AnyArray] = field(default_factory=dict)
 
+    def without_rows(self) -> Strokes:
+        """Return what has the same types and shapes, but no rows."""
+        return replace(
+            self,
+            control=self.control[:0].copy(),
+            radius=None if self.radius is None else self.radius[:0].copy(),
+            strands=self.strands[:0].copy(),
+            prim=self.prim[:0].copy(),
+            attributes={name: values[:0].copy() for name, values in self.attributes.items()},
+            end_attributes={name: values[:0].copy() for name, values in self.end_attributes.items()},
+        )
+
 
 def strokes_of(prim: Any, time: Any, remarks: Remarks) -> Strokes | None:
     """Return the segments of a prim in its own space; None if it has none that can be read."""

@@ -14,12 +14,14 @@ from ...errors import InputError
 from ...geometry.any_geometry import AnyGeometry
 from ...geometry.hit_places import Float64Array
 from ...geometry.offsets import NO_OFFSET
-from ...progress import ProgressCallback
+from ...progress import ProgressCallback, staged
+from ...support.distinct import distinct
 from ...support.texts import counted
 from ...threads import get_num_threads
 from ..found_prims import FoundPrims
 from ..rays import warn_of_coarse
-from .pair_query import PairColumns, PairQuery, most_pairs
+from .pair_query import PairColumns, PairQuery, most_pairs, no_pairs, reach_of
+from .pair_sets import PairSets
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -77,14 +79,11 @@ class Along(FoundPrims):
         return np.asarray(geometry.nearest_at(self._places(on_rays=False), False) + np.array(geometry.offset))
 
 
-def find_along(
-    polyline: npt.ArrayLike, query: PairQuery, view: _core.LayoutView | None, callback: ProgressCallback | None
-) -> Along:
-    """Find what is along a polyline. The view is that of the layout, and None if there are no primitives."""
+def find_along(polyline: npt.ArrayLike, query: PairQuery, sets: PairSets, callback: ProgressCallback | None) -> Along:
+    """Find what is along a polyline."""
     geometry, points = query.geometry, polyline_points(polyline, query.geometry)
-    columns = query.no_columns() if view is None else parts_near(points, query).pairs(query, view, callback)
-    segment, row, s, u, distance = columns
-    prim, u = geometry.parameter(row, u) if geometry.in_pieces else (row, u)
+    columns = no_pairs() if query.is_empty else parts_near(points, query).pairs(query, sets, callback)
+    segment, prim, s, u, distance = columns
     # Keep the best segment of each primitive.
     order = np.lexsort((segment, distance, prim))
     best = order[np.diff(prim[order], prepend=-1) > 0]
@@ -122,20 +121,34 @@ class NearParts:
     begin: Float64Array
     end: Float64Array
 
-    def pairs(self, query: PairQuery, view: _core.LayoutView, callback: ProgressCallback | None) -> PairColumns:
-        """Find the pairs of a segment of the polyline and a row of the core."""
+    def pairs(self, query: PairQuery, sets: PairSets, callback: ProgressCallback | None) -> PairColumns:
+        """Find the pairs of a segment of the polyline and a primitive."""
         if not len(self.rows):
-            return query.no_columns()
+            return no_pairs()
         ends = self.rows.reshape(-1, 3)
         corners = np.concatenate([ends.min(axis=0), ends.max(axis=0)]).tolist()
         blocks, refs = np.zeros((0, 128), np.uint8), np.zeros((0, 2), np.uint32)
         needle = _core.LayoutView("segments", self.rows, blocks, blocks, refs, corners, corners, 0.0)
-        options = query.options(0, len(self.rows), most_pairs())
-        owners = None, query.owners()[0]
-        found: PairColumns = engine.pairs(needle, view, owners, None, options, get_num_threads(), callback)
-        part, row, s, u, distance = found
+        reach = reach_of(query)
+        low, high = self.rows.reshape(-1, 2, 3).min(axis=1) - reach, self.rows.reshape(-1, 2, 3).max(axis=1) + reach
+        near = distinct(sets.near(low.astype(np.float32), high.astype(np.float32))[1])
+        found, n_left = [no_pairs()], most_pairs()
+        for at, number in enumerate(near):
+            of = sets.open(int(number), with_places=False)
+            if not len(of.geometry):
+                continue
+            share = staged(callback, at / len(near), (at + 1) / len(near))
+            known = (None, None, None), of.rows(of_whole=False)
+            options = query.options(0, len(self.rows), n_left)
+            part, row, s, u, distance = engine.pairs(needle, of.view, known, options, get_num_threads(), share)
+            prim, u = of.named(row, u)
+            found.append((part, prim, s, u, distance))
+            n_left -= len(part)
+            if share is not None:
+                share(1.0)
+        part, prim, s, u, distance = (np.concatenate(columns) for columns in zip(*found, strict=True))
         begin, end = self.begin[part], self.end[part]
-        return self.segment[part], row, np.asarray(begin + s * (end - begin), np.float32), u, distance
+        return self.segment[part], prim, np.asarray(begin + s * (end - begin), np.float32), u, distance
 
 
 def parts_near(points: Float64Array, query: PairQuery) -> NearParts:

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, TypeAlias, cast
+from typing import TypeAlias, cast
 
 import numpy as np
 import numpy.typing as npt
 
 from ... import _core
 from ...arrays import IntArray
-from ...engines import engine
 from ...geometry.any_geometry import AnyGeometry
 from ...geometry.collection import as_geometry
 from ...geometry.user_primitives import Primitives, UserPrimitives
@@ -36,9 +35,8 @@ ROW = 12
 class BoxQueries:
     """The queries of a tree about boxes."""
 
-    # A tree has these.
+    # A tree has this.
     geometry: AnyGeometry
-    layout: Any
 
     def in_box(
         self, low: npt.ArrayLike, high: npt.ArrayLike, *, to: str | None = None, progress: ProgressOption = False
@@ -79,12 +77,11 @@ class BoxQueries:
         >>> print(tree.in_box([1, 0.5, -1], [3, 1, 1]).prim, tree.in_box([1, 0, -1], [3, 1, 1], to="axis").prim)
         [0 1] [0]
         """
-        regions = Regions.of(self.geometry, low, high, to)
+        return _listed(self.geometry, Regions.of(self.geometry, low, high, to), self._find_in_boxes, progress)
 
-        def find(some: Regions, n_threads: int, callback: ProgressCallback | None) -> RowLists:
-            return engine.in_box(self.layout.view, some.low, some.high, some.surface, n_threads, callback)
-
-        return _listed(self.geometry, regions, find, progress)
+    def _find_in_boxes(self, regions: Regions, n_threads: int, progress: ProgressCallback | None) -> RowLists:
+        """List the rows in checked boxes."""
+        raise NotImplementedError
 
 
 def brute_force_in_box(

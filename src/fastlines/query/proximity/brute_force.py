@@ -14,7 +14,8 @@ from ...geometry.any_geometry import AnyGeometry
 from ...geometry.collection import as_geometry
 from ...geometry.user_primitives import Primitives
 from .point_arguments import PointArguments, PointOptions, shows_point_options
-from .queries import point_query
+from .points import check_points
+from .queries import PointQuery, point_backend
 
 PointQueryName: TypeAlias = Literal["nearest", "within", "count_within"]
 #: The queries about points, by the names of their methods.
@@ -72,5 +73,6 @@ def brute_force_points(
     box = np.array(geometry.bounds, np.float32) if len(geometry) else np.zeros((2, 3), np.float32)
     kind, rows = geometry.core_data()
     view = None if geometry.has_user_code else _core.BinaryView.of_primitives(kind, rows, rows)
-    asked = point_query(geometry, box, _core, view, given, is_tree=False)
+    backend = point_backend(geometry, _core, view, is_tree=False)
+    asked = PointQuery(backend, check_points(geometry, box, given), geometry, given.progress)
     return asked.nearest(1 if k is None else k) if is_nearest else getattr(asked, query)()

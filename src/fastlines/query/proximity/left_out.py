@@ -24,7 +24,9 @@ def seen(geometry: AnyGeometry, points: PointBatch) -> Seen:
     if points.parts is not None:
         hidden = _hidden_by_parts(geometry, points.parts)
     for ignored in points.ignored:
-        of_row = ignored.of_prim if owner is None else owner if ignored.of_prim is None else ignored.of_prim[owner]
+        of_row = owner
+        if ignored.are_strands:
+            of_row = ignored.compared(geometry, np.arange(len(geometry)) if owner is None else owner)
         if ignored.is_per_ray:
             per_point.append((np.ascontiguousarray(ignored.numbers), of_row))
         elif ignored.numbers.size:

@@ -3,25 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
 
 import numpy.typing as npt
 
 from ... import _core
 from ...arrays import count, kind_of
-from ...engines import engine
 from ...errors import InputError
 from ...geometry.any_geometry import AnyGeometry
 from ...geometry.collection import as_geometry
 from ...geometry.user_primitives import Primitives
-from ...progress import ProgressCallback, ProgressOption, reporting
-from ...support.computed_once import computed_once
+from ...progress import ProgressOption, reporting
 from ...support.texts import counted
 from ...threads import get_num_threads
 from .along import Along, find_along
-from .pair_query import PAIR_BYTES, SORTING_BYTES, PairColumns, PairQuery, check_pairs, most_pairs
+from .pair_backend import PairBackend, PairsOfSets
+from .pair_query import PAIR_BYTES, SORTING_BYTES, PairQuery, check_pairs, most_pairs, no_pairs
+from .pair_sets import PairSets, row_arrays
 from .pairs import Pairs
-from .strand_places import StrandPlaces
+from .strand_places import strand_places
 
 #: `iter_pairs` searches the pairs of one in so many of the primitives first.
 FIRST_SHARE = 64
@@ -32,9 +31,8 @@ FULL, MORE = 0.7, 4
 class PairQueries:
     """The queries of a tree for pairs of near primitives."""
 
-    # A tree has these.
+    # A tree has this.
     geometry: AnyGeometry
-    layout: Any
 
     def pairs(
         self,
@@ -54,7 +52,7 @@ class PairQueries:
         ----------
         radius : number
             The largest distance of a pair, in units of the coordinates.
-        other : Tree, optional
+        other : Tree or Forest, optional
             Pair the primitives of this tree with those of another one, which has the same `offset`. By default, pairs
             are those of this tree.
         skip_neighbours : int
@@ -101,11 +99,11 @@ class PairQueries:
         """
         query = self._pair_query(radius, other, skip_neighbours, skip_strand, to)
         if query.is_empty:
-            return query.pairs(query.no_columns())
+            return query.pairs(no_pairs())
         most = most_pairs()
         with reporting(progress, "pairs") as callback:
             try:
-                return query.pairs(self._found(query, other, 0, len(self.geometry), most, callback))
+                return query.pairs(self._pair_backend(other).pairs(query, 0, len(self.geometry), most, callback))
             except MemoryError as error:
                 raise MemoryError(
                     f"the pairs within {query.radius:g} do not fit into memory, which has room for about "
@@ -153,18 +151,16 @@ class PairQueries:
         """
         query = self._pair_query(radius, other, skip_neighbours, skip_strand, to)
         most = count("max_bytes", max_bytes, PAIR_BYTES + SORTING_BYTES) // (PAIR_BYTES + SORTING_BYTES)
-        return self._parts(query, other, most, progress)
+        return self._parts(query, self._pair_backend(other), most, progress)
 
-    def _parts(
-        self, query: PairQuery, other: PairQueries | None, most: int, progress: ProgressOption
-    ) -> Iterator[Pairs]:
+    def _parts(self, query: PairQuery, backend: PairBackend, most: int, progress: ProgressOption) -> Iterator[Pairs]:
         n = 0 if query.is_empty else len(self.geometry)
         begin, size = 0, max(1, n // FIRST_SHARE)
         with reporting(progress, "pairs") as callback:
             while begin < n:
                 end = min(begin + size, n)
                 try:
-                    found = query.pairs(self._found(query, other, begin, end, most, None))
+                    found = query.pairs(backend.pairs(query, begin, end, most, None))
                 except MemoryError as error:
                     if end - begin == 1:
                         raise MemoryError(
@@ -215,46 +211,31 @@ class PairQueries:
         >>> tree.along([[-9, 0, 1], [1, 0, 1], [1, 0, 9]], radius=1).prim
         array([0, 1])
         """
-        query = check_pairs(self.geometry, None, radius, 0, False, to, None)
-        view = None if query.is_empty else self.layout.view
+        query = check_pairs(self.geometry, None, radius, 0, False, to)
         with reporting(progress, "along") as callback:
             try:
-                return find_along(polyline, query, view, callback)
+                return find_along(polyline, query, self._pair_sets(), callback)
             except MemoryError as error:
                 raise MemoryError(
                     f"what is within {query.radius:g} of each segment of the polyline does not fit into memory; use a "
                     "smaller radius, or a polyline of fewer points"
                 ) from error
 
-    @computed_once
-    def _strand_places(self) -> StrandPlaces | None:
-        return StrandPlaces.of(self.geometry)
-
     def _pair_query(
         self, radius: object, other: PairQueries | None, skip_neighbours: int, skip_strand: bool, to: str | None
     ) -> PairQuery:
         if other is not None and not isinstance(other, PairQueries):
-            raise InputError(f"other is {kind_of(other)}; expected a Tree, such as fl.build(other)")
+            raise InputError(f"other is {kind_of(other)}; expected a Tree or a Forest, such as fl.build(other)")
         second = None if other is None else other.geometry
-        places = None if other is not None else self._strand_places
-        return check_pairs(self.geometry, second, radius, skip_neighbours, skip_strand, to, places)
+        return check_pairs(self.geometry, second, radius, skip_neighbours, skip_strand, to)
 
-    def _found(
-        self,
-        query: PairQuery,
-        other: PairQueries | None,
-        begin: int,
-        end: int,
-        max_pairs: int,
-        callback: ProgressCallback | None,
-    ) -> PairColumns:
-        """Return the rows of pairs whose first primitives are from begin up to end."""
-        view = None if other is None else other.layout.view
-        options = query.options(begin, end, max_pairs)
-        found: PairColumns = engine.pairs(
-            self.layout.view, view, query.owners(), query.neighbours, options, get_num_threads(), callback
-        )
-        return found
+    def _pair_sets(self) -> PairSets:
+        """Return what pairs are sought in."""
+        raise NotImplementedError
+
+    def _pair_backend(self, other: PairQueries | None) -> PairBackend:
+        """Return what finds pairs, of these primitives or with those of another."""
+        return PairsOfSets(self._pair_sets(), None if other is None else other._pair_sets())
 
 
 def brute_force_pairs(
@@ -286,14 +267,18 @@ def brute_force_pairs(
     array([3.], dtype=float32)
     """
     first, second = as_geometry(geometry), None if other is None else as_geometry(other)
-    places = StrandPlaces.of(first) if second is None else None
-    query = check_pairs(first, second, radius, skip_neighbours, skip_strand, to, places)
+    query = check_pairs(first, second, radius, skip_neighbours, skip_strand, to)
     if query.is_empty:
-        return query.pairs(query.no_columns())
+        return query.pairs(no_pairs())
+    both = first if second is None else second
     data = None if second is None else second.core_data()
+    places = strand_places(first) if query.reach else None
+    known = row_arrays(first, places), row_arrays(both, places)
     options = query.options(0, len(first), 2**62)
     with reporting(progress, "pairs") as callback:
-        columns: PairColumns = _core.brute_force_pairs(
-            first.core_data(), data, query.owners(), query.neighbours, options, get_num_threads(), callback
+        i, j, s, t, distance = _core.brute_force_pairs(
+            first.core_data(), data, known, options, get_num_threads(), callback
         )
-    return query.pairs(columns)
+    i, s = first.parameter(i, s)
+    j, t = both.parameter(j, t)
+    return query.pairs((i, j, s, t, distance))

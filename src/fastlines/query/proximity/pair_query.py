@@ -14,13 +14,21 @@ from ..memory_check import SMALL, left_bytes
 from ..rays import RADIUS_LIMIT
 from .pairs import Pairs
 from .points import is_to_surface
-from .strand_places import Int32Array, StrandPlaces
+from .strand_places import Int32Array
 
 #: The memory of a pair, and what it takes while pairs are sorted, in bytes.
 PAIR_BYTES, SORTING_BYTES = 28, 40
 
-#: The rows of pairs: i, j, s, t, distance.
+#: What rounding may change in a distance, as a fraction of it and of the scene's size; more than the exact test does.
+ROUNDING = 2.0**-14
+
+#: Pairs: i, j, s, t, distance.
 PairColumns = tuple[IntArray, IntArray, FloatArray, FloatArray, FloatArray]
+
+
+#: Of each row of the core its primitive, if rows are not primitives; its number in the whole, if its set is a part of
+#: one; and its place along a strand (`strand_places`), if neighbours are left out.
+RowArrays = tuple[IntArray | None, IntArray | None, Int32Array | None]
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,7 +39,8 @@ class PairQuery:
     other: AnyGeometry | None
     radius: float
     surface: bool
-    neighbours: tuple[Int32Array, Int32Array, int] | None
+    #: By how much the positions along a strand of a pair that is left out differ at most; 0 if none is.
+    reach: int
 
     @property
     def second(self) -> AnyGeometry:
@@ -43,28 +52,26 @@ class PairQuery:
         """Whether there can be no pairs."""
         return not len(self.geometry) or not len(self.second)
 
-    def owners(self) -> tuple[IntArray | None, IntArray | None]:
-        """Return the primitive of each row of the core, of both; None where each row is one."""
-        first, second = (
-            np.ascontiguousarray(of.owner) if of.in_pieces else None for of in (self.geometry, self.second)
-        )
-        return first, second
-
-    def options(self, begin: int, end: int, max_pairs: int) -> tuple[float, bool, int, int, int]:
+    def options(self, begin: int, end: int, max_pairs: int) -> tuple[float, bool, int, int, int, int]:
         """Return the options as the core takes them; first primitives are from begin up to end."""
-        return self.radius, self.surface, begin, end, max_pairs
+        return self.radius, self.surface, self.reach, begin, end, max_pairs
 
     def pairs(self, columns: PairColumns) -> Pairs:
-        """Wrap the rows that the core has found."""
-        i, j, s, t, distance = columns
-        first, s = self.geometry.parameter(i, s) if self.geometry.in_pieces else (i, s)
-        second, t = self.second.parameter(j, t) if self.second.in_pieces else (j, t)
-        return Pairs(first, second, s, t, distance, self.surface, self.geometry, self.second)
+        """Wrap the pairs that a backend has found."""
+        return Pairs(*columns, self.surface, self.geometry, self.second)
 
-    def no_columns(self) -> PairColumns:
-        """Return the rows of no pairs."""
-        ids, places = np.zeros(0, np.int64), np.zeros(0, np.float32)
-        return ids, ids, places, places, places
+
+def no_pairs() -> PairColumns:
+    """Return the columns of no pairs."""
+    ids, places = np.zeros(0, np.int64), np.zeros(0, np.float32)
+    return ids, ids, places, places, places
+
+
+def reach_of(query: PairQuery) -> float:
+    """Return how far boxes of axes with radii may be apart if they hold a pair, whatever the exact test rounds."""
+    both = [of for of in (query.geometry, query.second) if len(of)]
+    size = max(float(np.ptp(of.bounds, axis=0).max() + np.abs(of.bounds).max()) + of.max_radius for of in both)
+    return query.radius + ROUNDING * (query.radius + size)
 
 
 def check_pairs(
@@ -74,9 +81,8 @@ def check_pairs(
     skip_neighbours: int,
     skip_strand: bool,
     to: str | None,
-    places: StrandPlaces | None,
 ) -> PairQuery:
-    """Check a query for pairs; `places` are those of the primitives along strands."""
+    """Check a query for pairs."""
     both = [geometry] if other is None else [geometry, other]
     for of in both:
         _require_axes(of)
@@ -86,7 +92,7 @@ def check_pairs(
     checked = number(
         "radius", radius, f"a distance from 0 to {limit:g} ({RADIUS_LIMIT:g} times the scene's size)", 0.0, limit
     )
-    n = count("skip_neighbours", skip_neighbours, 0)
+    n, most = count("skip_neighbours", skip_neighbours, 0), int(np.iinfo(np.int32).max)
     if other is not None and skip_strand:
         raise InputError(
             "skip_strand=True leaves out pairs of one strand, and those of two trees never are; leave it out"
@@ -96,11 +102,8 @@ def check_pairs(
             f"the trees have different offsets, {geometry.offset} and {other.offset}; read or make the lines of both "
             "with the same offset="
         )
-    neighbours = None
-    if places is not None and other is None and (n or skip_strand):
-        reach = np.iinfo(np.int32).max if skip_strand else min(n, np.iinfo(np.int32).max)
-        neighbours = places.places, places.periods, int(reach)
-    return PairQuery(geometry, other, checked, surface, neighbours)
+    reach = 0 if other is not None else most if skip_strand else min(n, most)
+    return PairQuery(geometry, other, checked, surface, reach)
 
 
 def _require_axes(geometry: AnyGeometry) -> None:

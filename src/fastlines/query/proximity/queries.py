@@ -8,8 +8,7 @@ from typing import Any, Unpack
 import numpy as np
 import numpy.typing as npt
 
-from ...arrays import FloatArray, IntArray, count
-from ...engines import engine
+from ...arrays import IntArray, count
 from ...geometry.any_geometry import AnyGeometry
 from ...progress import ProgressOption, reporting
 from ...support.texts import counted
@@ -17,7 +16,7 @@ from ..memory_check import SMALL, MemoryCheck, left_bytes
 from .backend import CompiledPoints, PointBackend
 from .nearest import Nearest
 from .point_arguments import PointArguments, PointOptions, shows_point_options
-from .points import PointBatch, check_points
+from .points import PointBatch
 from .user_points import UserPoints
 from .within import Within
 
@@ -83,24 +82,16 @@ class PointQuery:
         return counts.reshape(self.points.shape)
 
 
-def point_query(
-    geometry: AnyGeometry, box: FloatArray, functions: Any, view: Any, given: PointArguments, *, is_tree: bool = True
-) -> PointQuery:
-    """Check points, and choose the backend: the functions of a module on a view, or a class of the user's own."""
-    points = check_points(geometry, box, given)
+def point_backend(geometry: AnyGeometry, functions: Any, view: Any, *, is_tree: bool = True) -> PointBackend:
+    """Return the functions of a module on a view as a backend, or that of a class of the user's own."""
     backend: PointBackend = CompiledPoints(functions, view, geometry)
     if geometry.has_user_code:
         backend = UserPoints.of(geometry, backend if is_tree else None)
-    return PointQuery(backend, points, geometry, given.progress)
+    return backend
 
 
 class ProximityQueries:
     """The queries of a tree about points."""
-
-    # A tree has these.
-    geometry: AnyGeometry
-    frame_box: Any
-    layout: Any
 
     @shows_point_options
     def nearest(
@@ -214,4 +205,5 @@ class ProximityQueries:
         return self._point_query(PointArguments(points, radius, **options)).count_within()
 
     def _point_query(self, given: PointArguments) -> PointQuery:
-        return point_query(self.geometry, self.frame_box, engine, self.layout.view, given)
+        """Check the points, and choose the backend."""
+        raise NotImplementedError

@@ -139,7 +139,7 @@ class UserPoints:
         """Ask about pairs, and list what is within the radius of each point."""
         kept = np.ones(len(ids), bool)
         for ignored in points.ignored:
-            kept &= ~ignored.drops(ids, point)
+            kept &= ~ignored.drops(self.primitives, ids, point)
         point, ids = point[kept], ids[kept]
         parts = [slice(begin, begin + CHUNK_PAIRS) for begin in range(0, max(1, len(ids)), CHUNK_PAIRS)]
         asked = [self.primitives.nearest(ids[part], points.points[point[part]]) for part in parts]

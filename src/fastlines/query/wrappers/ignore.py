@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ...arrays import IntArray
+from ...geometry.any_geometry import AnyGeometry
 from ...progress import ProgressCallback
 from ..backend import Backend, HitColumns, HitLists
 from ..hit_lists import chosen, count_by_listing, joined
@@ -20,20 +21,21 @@ class IgnoringBackend:
     """Leaves out what rays ignore; see `Backend`."""
 
     all: Backend
+    geometry: AnyGeometry
 
     def first_hit(self, rays: RayBatch, surface: bool, progress: ProgressCallback | None) -> HitColumns:
         """See `Backend`; rays whose first hit is left out ask for their next ones, more and more of them."""
         t, prim, u, distance, t_out = self.all.first_hit(rays, surface, progress)
         t, prim, u, distance = t.copy(), prim.copy(), u.copy(), distance.copy()
         t_out = None if t_out is None else t_out.copy()
-        left = np.flatnonzero(_drops(rays, prim, np.arange(len(rays))))
+        left = np.flatnonzero(self._drops(rays, prim, np.arange(len(rays))))
         k = 1
         while len(left):
             k *= 4
             some = rays.some(left)
             offsets, lists = self.all.list_hits(some, surface, k, False, None)
             ray = np.repeat(np.arange(len(left)), np.diff(offsets))
-            kept = np.flatnonzero(~_drops(some, lists[1], ray))
+            kept = np.flatnonzero(~self._drops(some, lists[1], ray))
             found, first = np.unique(ray[kept], return_index=True)
             pairs: list[tuple[Any, Any]] = list(zip((t, prim, u, distance, t_out), lists, strict=True))
             for (to, column), missing in zip(pairs, (np.inf, -1, 0, np.inf, np.inf), strict=True):
@@ -80,12 +82,11 @@ class IgnoringBackend:
         """Return the lists without what is left out."""
         offsets, columns = lists
         ray = np.repeat(np.arange(len(rays)), np.diff(offsets))
-        return chosen(offsets, columns, ~_drops(rays, columns[1], ray))
+        return chosen(offsets, columns, ~self._drops(rays, columns[1], ray))
 
-
-def _drops(rays: RayBatch, prim: IntArray, ray: IntArray) -> npt.NDArray[np.bool_]:
-    """Return whether each hit is left out."""
-    dropped = np.zeros(len(prim), bool)
-    for ignored in rays.ignored:
-        dropped |= ignored.drops(prim, ray)
-    return dropped
+    def _drops(self, rays: RayBatch, prim: IntArray, ray: IntArray) -> npt.NDArray[np.bool_]:
+        """Return whether each hit is left out."""
+        dropped = np.zeros(len(prim), bool)
+        for ignored in rays.ignored:
+            dropped |= ignored.drops(self.geometry, prim, ray)
+        return dropped

@@ -29,4 +29,4 @@ def backend_of(
         found = CurveBackend(pieces) if geometry.in_pieces else core
         # Brute force tests all pairs, whatever the radius is.
         found = NearestBackend(found, pieces) if is_tree else found
-    return IgnoringBackend(found) if rays.ignored else found
+    return IgnoringBackend(found, geometry) if rays.ignored else found
