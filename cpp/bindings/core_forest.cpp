@@ -79,43 +79,41 @@ GlobalIds ids_of(const Ids& ids) { return {ids ? rows<std::int64_t>(*ids) : std:
 /// Rays that walk from tile to tile.
 class Walk {
  public:
-  Walk(const TopTree& top, RayArrays rays, unsigned n_threads, const nb::object& progress) : rays_{std::move(rays)} {
-    watch_if(may_be_long(rays_.size(), top.n_tiles()), progress,
-             [&](Progress& watched) { walk_.emplace(top, rays_.rays, n_threads, watched); });
-  }
+  Walk(RayArrays rays, RayRoutes& routes, unsigned n_threads)
+      : rays_{std::move(rays)}, walk_(std::move(routes), rays_.rays, n_threads) {}
 
-  std::int64_t next_tile(Flags is_open) const { return walk_->next_tile(rows<std::uint8_t>(is_open)); }
-  std::size_t n_waiting() const { return walk_->n_waiting(); }
+  std::int64_t next_tile(Flags is_open) const { return walk_.next_tile(rows<std::uint8_t>(is_open)); }
+  std::size_t n_waiting() const { return walk_.n_waiting(); }
 
  protected:
   /// The rays that wait for a tile, as columns, with their limits: limit_of(ray).
   template <class LimitOf>
   Taken take(std::size_t tile, LimitOf&& limit_of) {
-    taken_ = walk_->take(tile);
+    taken_ = walk_.take(tile);
     auto limits = make_array<float>(taken_.size());
     for (std::size_t j = 0; j < taken_.size(); ++j) limits.data()[j] = limit_of(taken_[j]);
-    return std::tuple_cat(rays_.gather(taken_, walk_->n_threads()), std::tuple(limits));
+    return std::tuple_cat(rays_.gather(taken_, walk_.n_threads()), std::tuple(limits));
   }
 
   /// Take over the answers to the rays that were taken: update(j, ray) returns the limit of the ray.
   template <class Update>
   void advance(Update&& update) {
     const WithoutGil without_gil;
-    walk_->advance(taken_, update);
+    walk_.advance(taken_, update);
   }
 
   std::size_t n_rays() const { return rays_.size(); }
 
  private:
   RayColumns rays_;
-  std::optional<TileWalk> walk_;
+  TileWalk walk_;
   TileWalk::Rows taken_;
 };
 
 class FirstHitWalk : public Walk {
  public:
-  FirstHitWalk(const TopTree& top, RayArrays rays, bool surface, unsigned n_threads, nb::object progress)
-      : Walk(top, std::move(rays), n_threads, progress), hits_(n_rays(), surface), first_(hits_.columns()) {
+  FirstHitWalk(RayArrays rays, RayRoutes& routes, bool surface, unsigned n_threads)
+      : Walk(std::move(rays), routes, n_threads), hits_(n_rays(), surface), first_(hits_.columns()) {
     for (std::size_t i = 0; i < n_rays(); ++i) first_.set(i, Hit{});
   }
 
@@ -136,8 +134,8 @@ class FirstHitWalk : public Walk {
 
 class AnyHitWalk : public Walk {
  public:
-  AnyHitWalk(const TopTree& top, RayArrays rays, unsigned n_threads, nb::object progress)
-      : Walk(top, std::move(rays), n_threads, progress), found_(make_array<bool>(n_rays())) {
+  AnyHitWalk(RayArrays rays, RayRoutes& routes, unsigned n_threads)
+      : Walk(std::move(rays), routes, n_threads), found_(make_array<bool>(n_rays())) {
     std::fill_n(found_.data(), n_rays(), false);
   }
 
@@ -158,8 +156,8 @@ class AnyHitWalk : public Walk {
 
 class NextHitWalk : public Walk {
  public:
-  NextHitWalk(const TopTree& top, RayArrays rays, std::size_t k, bool surface, unsigned n_threads, nb::object progress)
-      : Walk(top, std::move(rays), n_threads, progress), surface_(surface), next_(n_rays(), k) {}
+  NextHitWalk(RayArrays rays, RayRoutes& routes, std::size_t k, bool surface, unsigned n_threads)
+      : Walk(std::move(rays), routes, n_threads), surface_(surface), next_(n_rays(), k) {}
 
   Taken take(std::size_t tile) {
     return Walk::take(tile, [this](std::uint32_t ray) { return next_.limit(ray); });
@@ -191,18 +189,18 @@ class NextHitWalk : public Walk {
 /// Rays that visit all tiles on their routes: hits are counted, or their lists merged.
 class Visit {
  public:
-  Visit(const TopTree& top, RayArrays rays, unsigned n_threads, nb::object progress)
-      : rays_{std::move(rays)}, n_threads_(n_threads), lists_(top.n_tiles()) {
-    watch_if(may_be_long(rays_.size(), top.n_tiles()), progress,
-             [&](Progress& watched) { visits_.emplace(top, rays_.rays, n_threads, watched); });
-  }
+  Visit(RayArrays rays, RayRoutes& routes, unsigned n_threads)
+      : rays_{std::move(rays)},
+        n_threads_(n_threads),
+        visits_(std::move(routes), rays_.rays),
+        lists_(visits_.n_tiles()) {}
 
   /// How many rays visit a tile.
-  std::size_t n_rays_of(std::size_t tile) const { return visits_->of_tile(tile).size(); }
-  RayColumns::Gathered take(std::size_t tile) const { return rays_.gather(visits_->of_tile(tile), n_threads_); }
+  std::size_t n_rays_of(std::size_t tile) const { return visits_.of_tile(tile).size(); }
+  RayColumns::Gathered take(std::size_t tile) const { return rays_.gather(visits_.of_tile(tile), n_threads_); }
 
   void add_counts(std::size_t tile, Input<std::int64_t> found, nb::ndarray<std::int64_t, nb::c_contig> counts) const {
-    const auto& rays = visits_->of_tile(tile);
+    const auto& rays = visits_.of_tile(tile);
     for (std::size_t j = 0; j < rays.size(); ++j) counts.data()[rays[j]] += found.data()[j];
   }
 
@@ -214,8 +212,8 @@ class Visit {
 
   /// The merged lists: all hits, or the best k.
   ListTuple merge(bool surface, std::optional<std::uint64_t> k, bool by_distance, nb::object progress) const {
-    const ListMerge merge(*visits_, lists_, by_distance ? Keep::nearest : Keep::first, k.value_or(~0ull));
-    LargeVector<std::int64_t> offsets = merge.offsets();
+    const ListMerge merge(visits_, lists_, by_distance ? Keep::nearest : Keep::first, k.value_or(~0ull));
+    LargeVector<std::int64_t> offsets = merge.offsets(n_threads_);
     HitArrays hits(std::size_t(offsets.back()), surface);
     watch_if(may_be_long(rays_.size(), lists_.size()), progress,
              [&](Progress& watched) { merge.write(offsets, hits.columns(), n_threads_, watched); });
@@ -225,7 +223,7 @@ class Visit {
  private:
   RayColumns rays_;
   unsigned n_threads_;
-  std::optional<TileRays> visits_;
+  TileRays visits_;
   std::vector<TileLists> lists_;
   std::vector<std::pair<FoundLists, Ids>> arrays_;  // what the lists point into
 };
@@ -235,26 +233,23 @@ class Visit {
 void bind_forest(nb::module_& m) {
   nb::class_<Walk>(m, "Walk").def("next_tile", &Walk::next_tile, "is_open"_a).def("n_waiting", &Walk::n_waiting);
   nb::class_<FirstHitWalk, Walk>(m, "FirstHitWalk")
-      .def(nb::init<const TopTree&, RayArrays, bool, unsigned, nb::object>(), "top"_a, "rays"_a, "surface"_a,
-           "n_threads"_a, "progress"_a.none())
+      .def(nb::init<RayArrays, RayRoutes&, bool, unsigned>(), "rays"_a, "routes"_a, "surface"_a, "n_threads"_a)
       .def("take", &FirstHitWalk::take, "tile"_a)
       .def("give", &FirstHitWalk::give, "found"_a, "ids"_a.none())
       .def("hits", &FirstHitWalk::hits);
   nb::class_<AnyHitWalk, Walk>(m, "AnyHitWalk")
-      .def(nb::init<const TopTree&, RayArrays, unsigned, nb::object>(), "top"_a, "rays"_a, "n_threads"_a,
-           "progress"_a.none())
+      .def(nb::init<RayArrays, RayRoutes&, unsigned>(), "rays"_a, "routes"_a, "n_threads"_a)
       .def("take", &AnyHitWalk::take, "tile"_a)
       .def("give", &AnyHitWalk::give, "found"_a)
       .def("found", &AnyHitWalk::found);
   nb::class_<NextHitWalk, Walk>(m, "NextHitWalk")
-      .def(nb::init<const TopTree&, RayArrays, std::size_t, bool, unsigned, nb::object>(), "top"_a, "rays"_a, "k"_a,
-           "surface"_a, "n_threads"_a, "progress"_a.none())
+      .def(nb::init<RayArrays, RayRoutes&, std::size_t, bool, unsigned>(), "rays"_a, "routes"_a, "k"_a, "surface"_a,
+           "n_threads"_a)
       .def("take", &NextHitWalk::take, "tile"_a)
       .def("give", &NextHitWalk::give, "found"_a, "ids"_a.none())
       .def("lists", &NextHitWalk::lists);
   nb::class_<Visit>(m, "Visit")
-      .def(nb::init<const TopTree&, RayArrays, unsigned, nb::object>(), "top"_a, "rays"_a, "n_threads"_a,
-           "progress"_a.none())
+      .def(nb::init<RayArrays, RayRoutes&, unsigned>(), "rays"_a, "routes"_a, "n_threads"_a)
       .def("n_rays_of", &Visit::n_rays_of, "tile"_a)
       .def("take", &Visit::take, "tile"_a)
       .def("add_counts", &Visit::add_counts, "tile"_a, "found"_a, "counts"_a)

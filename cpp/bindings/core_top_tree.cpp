@@ -5,7 +5,6 @@
 #include "fastlines/forest/ray_routes.hpp"
 #include "layout.hpp"
 #include "points.hpp"
-#include "rays.hpp"
 #include "watch.hpp"
 
 namespace nb = nanobind;
@@ -24,30 +23,17 @@ TopTree top_tree(Input<float> boxes, Input<float> max_radius, const std::array<f
   return {tiles, box_of(frame)};
 }
 
-std::tuple<Output<std::int64_t>, Output<std::int64_t>, Output<float>> tiles_of_rays(const TopTree& top, RayArrays rays,
-                                                                                    unsigned n_threads,
-                                                                                    nb::object progress) {
-  RayRoutes routes;
-  watch_if(may_be_long(batch_of(rays).size(), top.n_tiles()), progress,
-           [&](Progress& watched) { routes = routes_of(top, batch_of(rays), n_threads, watched); });
-  auto tile = make_array<std::int64_t>(routes.steps.size());
-  auto enter = make_array<float>(routes.steps.size());
-  for (std::size_t i = 0; i < routes.steps.size(); ++i) {
+/// Offsets, tiles, and where rays enter them.
+std::tuple<Output<std::int64_t>, Output<std::int64_t>, Output<float>> arrays_of(const RayRoutes& routes) {
+  const std::size_t n = routes.steps.size();
+  auto offsets = make_array<std::int64_t>(routes.offsets.size()), tile = make_array<std::int64_t>(n);
+  auto enter = make_array<float>(n);
+  std::copy(routes.offsets.begin(), routes.offsets.end(), offsets.data());
+  for (std::size_t i = 0; i < n; ++i) {
     tile.data()[i] = routes.steps[i].tile;
     enter.data()[i] = routes.steps[i].enter;
   }
-  return {adopt<std::int64_t>(std::move(routes.offsets)), tile, enter};
-}
-
-Output<std::int64_t> first_tiles(const TopTree& top, RayArrays rays, unsigned n_threads, nb::object progress) {
-  auto first = make_array<std::int64_t>(batch_of(rays).size());
-  watch_if(may_be_long(batch_of(rays).size(), top.n_tiles()), progress, [&](Progress& watched) {
-    for_each_route(top, batch_of(rays), 1 << 12, n_threads, watched,
-                   [&](std::size_t, std::size_t i, std::span<const RouteStep> steps) {
-                     first.data()[i] = steps.empty() ? -1 : std::int64_t(steps[0].tile);
-                   });
-  });
-  return first;
+  return {offsets, tile, enter};
 }
 
 /// A point, as the box that it is alone in.
@@ -134,6 +120,7 @@ TileRows tiles_near_tiles(const TopTree& top, double radius, bool surface) {
 }  // namespace
 
 void bind_top_tree(nb::module_& m) {
+  nb::class_<RayRoutes>(m, "RayRoutes").def("arrays", &arrays_of);
   nb::class_<TopTree>(m, "TopTree")
       .def(
           "__init__",
@@ -141,8 +128,6 @@ void bind_top_tree(nb::module_& m) {
             new (self) TopTree(top_tree(boxes, max_radius, frame));
           },
           "boxes"_a.noconvert(), "max_radius"_a.noconvert(), "frame"_a)
-      .def("tiles_of_rays", &tiles_of_rays, "rays"_a, "n_threads"_a, "progress"_a.none())
-      .def("first_tiles", &first_tiles, "rays"_a, "n_threads"_a, "progress"_a.none())
       .def("nearest_tiles", &nearest_tiles, "points"_a, "k"_a, "surface"_a, "n_threads"_a, "progress"_a.none())
       .def("tiles_within", &tiles_within, "points"_a, "radius"_a, "surface"_a)
       .def("tiles_in_boxes", &tiles_in_boxes, "low"_a, "high"_a, "surface"_a)

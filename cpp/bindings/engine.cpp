@@ -15,6 +15,7 @@ void bind_engine(nanobind::module_& m) {
   bind_points(m);
   bind_pairs(m);
   bind_in_box(m);
+  bind_routes(m);
 }
 
 }  // namespace fastlines

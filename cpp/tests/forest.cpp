@@ -81,7 +81,7 @@ void check_routes(const Forest& forest, const RayBatch& rays, At at, Progress& p
 
 void check_first_hits(const Forest& forest, const RayBatch& rays, At at, Progress& progress) {
   const TopTree top = forest.top();
-  TileWalk walk(top, rays, 2, progress);
+  TileWalk walk(routes_of(top, rays, 2, progress), rays, 2);
   Hits best(rays.size());
   for (std::size_t i = 0; i < rays.size(); ++i) best.columns().set(i, Hit{});
   std::vector<std::uint8_t> is_open(top.n_tiles());
@@ -110,7 +110,7 @@ void check_first_hits(const Forest& forest, const RayBatch& rays, At at, Progres
 
 void check_lists(const Forest& forest, const RayBatch& rays, At at, Keep keep, std::uint64_t k, Progress& progress) {
   const TopTree top = forest.top();
-  const TileRays visits(top, rays, 2, progress);
+  const TileRays visits(routes_of(top, rays, 2, progress), rays);
   std::vector<HitAssembler*> found(top.n_tiles());
   std::vector<LargeVector<std::int64_t>> offsets(top.n_tiles());
   std::vector<TileLists> lists(top.n_tiles());
@@ -127,7 +127,7 @@ void check_lists(const Forest& forest, const RayBatch& rays, At at, Keep keep, s
                    {forest.ids[tile]}};
   }
   const ListMerge merge(visits, lists, keep, k);
-  const auto merged_offsets = merge.offsets();
+  const auto merged_offsets = merge.offsets(2);
   Hits merged(std::size_t(merged_offsets.back()));
   merge.write(merged_offsets, merged.columns(), 2, progress);
   HitAssembler expected(rays.size(), true);
@@ -162,7 +162,7 @@ void check_lists(const Forest& forest, const RayBatch& rays, At at, Keep keep, s
 void check_points(const Forest& forest) {
   const TopTree top = forest.top();
   Random random{9};
-  for (int i = 0; i < 50; ++i) {
+  for (int i = 0; i < 10; ++i) {
     double p[3];
     for (int k = 0; k < 3; ++k)
       p[k] = double(forest.box.lo[k]) + 1.5 * forest.box.side(forest.box.longest_axis()) * (random.uniform() - 0.25);

@@ -380,38 +380,13 @@ def merge_nearest(
     found: tuple[NDArray[numpy.float32], NDArray[numpy.int64], NDArray[numpy.float32]],
 ) -> None: ...
 
+class RayRoutes:
+    def arrays(self) -> tuple[NDArray[numpy.int64], NDArray[numpy.int64], NDArray[numpy.float32]]: ...
+
 class TopTree:
     def __init__(
         self, boxes: NDArray[numpy.float32], max_radius: NDArray[numpy.float32], frame: Sequence[float]
     ) -> None: ...
-    def tiles_of_rays(
-        self,
-        rays: tuple[
-            NDArray[numpy.float32],
-            NDArray[numpy.float32],
-            NDArray[numpy.float32],
-            NDArray[numpy.float32],
-            NDArray[numpy.float32],
-            NDArray[numpy.float32],
-            NDArray[numpy.float32] | None,
-        ],
-        n_threads: int,
-        progress: object | None,
-    ) -> tuple[NDArray[numpy.int64], NDArray[numpy.int64], NDArray[numpy.float32]]: ...
-    def first_tiles(
-        self,
-        rays: tuple[
-            NDArray[numpy.float32],
-            NDArray[numpy.float32],
-            NDArray[numpy.float32],
-            NDArray[numpy.float32],
-            NDArray[numpy.float32],
-            NDArray[numpy.float32],
-            NDArray[numpy.float32] | None,
-        ],
-        n_threads: int,
-        progress: object | None,
-    ) -> NDArray[numpy.int64]: ...
     def nearest_tiles(
         self, points: NDArray[numpy.float64], k: int, surface: bool, n_threads: int, progress: object | None
     ) -> tuple[NDArray[numpy.float64], NDArray[numpy.int64]]: ...
@@ -430,7 +405,6 @@ class Walk:
 class FirstHitWalk(Walk):
     def __init__(
         self,
-        top: TopTree,
         rays: tuple[
             NDArray[numpy.float32],
             NDArray[numpy.float32],
@@ -440,9 +414,9 @@ class FirstHitWalk(Walk):
             NDArray[numpy.float32],
             NDArray[numpy.float32] | None,
         ],
+        routes: RayRoutes,
         surface: bool,
         n_threads: int,
-        progress: object | None,
     ) -> None: ...
     def take(
         self, tile: int
@@ -479,7 +453,6 @@ class FirstHitWalk(Walk):
 class AnyHitWalk(Walk):
     def __init__(
         self,
-        top: TopTree,
         rays: tuple[
             NDArray[numpy.float32],
             NDArray[numpy.float32],
@@ -489,8 +462,8 @@ class AnyHitWalk(Walk):
             NDArray[numpy.float32],
             NDArray[numpy.float32] | None,
         ],
+        routes: RayRoutes,
         n_threads: int,
-        progress: object | None,
     ) -> None: ...
     def take(
         self, tile: int
@@ -509,7 +482,6 @@ class AnyHitWalk(Walk):
 class NextHitWalk(Walk):
     def __init__(
         self,
-        top: TopTree,
         rays: tuple[
             NDArray[numpy.float32],
             NDArray[numpy.float32],
@@ -519,10 +491,10 @@ class NextHitWalk(Walk):
             NDArray[numpy.float32],
             NDArray[numpy.float32] | None,
         ],
+        routes: RayRoutes,
         k: int,
         surface: bool,
         n_threads: int,
-        progress: object | None,
     ) -> None: ...
     def take(
         self, tile: int
@@ -565,7 +537,6 @@ class NextHitWalk(Walk):
 class Visit:
     def __init__(
         self,
-        top: TopTree,
         rays: tuple[
             NDArray[numpy.float32],
             NDArray[numpy.float32],
@@ -575,8 +546,8 @@ class Visit:
             NDArray[numpy.float32],
             NDArray[numpy.float32] | None,
         ],
+        routes: RayRoutes,
         n_threads: int,
-        progress: object | None,
     ) -> None: ...
     def n_rays_of(self, tile: int) -> int: ...
     def take(

@@ -199,3 +199,17 @@ def in_box(
     n_threads: int,
     progress: object | None,
 ) -> tuple[NDArray[numpy.int64], NDArray[numpy.int64]]: ...
+def ray_routes(
+    top: fastlines._core.TopTree,
+    rays: tuple[
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32] | None,
+    ],
+    n_threads: int,
+    progress: object | None,
+) -> fastlines._core.RayRoutes: ...

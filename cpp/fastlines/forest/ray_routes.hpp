@@ -18,6 +18,7 @@ struct RouteStep {
 
 /// The routes of rays as compressed sparse rows: the steps of ray i are those from offsets[i] up to offsets[i + 1].
 struct RayRoutes {
+  std::size_t n_tiles = 0;  ///< in the forest
   LargeVector<std::int64_t> offsets;
   LargeVector<RouteStep> steps;
 
@@ -32,38 +33,29 @@ inline bool comes_first(const RouteStep& a, const RouteStep& b) {
   return a.enter != b.enter ? a.enter < b.enter : a.tile < b.tile;
 }
 
-/// Call store(chunk, ray, steps) for each ray, with its route; chunk is that of `rays_per_chunk` rays.
-template <class Store>
-void for_each_route(const TopTree& top, const RayBatch& rays, std::size_t rays_per_chunk, unsigned n_threads,
-                    Progress& progress, Store&& store) {
-  parallel_for_chunks(
-      rays.size(), rays_per_chunk, n_threads, progress, [] { return std::vector<RouteStep>(); },
-      [&](std::vector<RouteStep>& steps, std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) {
-          steps.clear();
-          top.for_each_on_ray(top.routed(rays[i]), [&](std::uint32_t tile, float enter) {
-            const RouteStep step{tile, enter};
-            std::size_t at = steps.size();
-            steps.push_back(step);
-            for (; at > 0 && comes_first(step, steps[at - 1]); --at) steps[at] = steps[at - 1];
-            steps[at] = step;
-          });
-          store(begin / rays_per_chunk, i, std::span<const RouteStep>(steps));
-        }
-      });
-}
-
 /// The routes of all rays.
 inline RayRoutes routes_of(const TopTree& top, const RayBatch& rays, unsigned n_threads, Progress& progress) {
   constexpr std::size_t rays_per_chunk = 1 << 12;
   std::vector<std::vector<RouteStep>> parts((rays.size() + rays_per_chunk - 1) / rays_per_chunk);
-  RayRoutes routes;
+  RayRoutes routes{top.n_tiles(), {}, {}};
   routes.offsets.resize(rays.size() + 1);
-  for_each_route(top, rays, rays_per_chunk, n_threads, progress,
-                 [&](std::size_t chunk, std::size_t i, std::span<const RouteStep> steps) {
-                   parts[chunk].insert(parts[chunk].end(), steps.begin(), steps.end());
-                   routes.offsets[i + 1] = std::int64_t(steps.size());
-                 });
+  parallel_for_chunks(
+      rays.size(), rays_per_chunk, n_threads, progress, [] { return 0; },
+      [&](int, std::size_t begin, std::size_t end) {
+        std::vector<RouteStep>& steps = parts[begin / rays_per_chunk];
+        steps.reserve(2 * rays_per_chunk);
+        for (std::size_t i = begin; i < end; ++i) {
+          const std::size_t first = steps.size();
+          top.for_each_on_ray(top.routed(rays[i]), [&](std::uint32_t tile, float enter) {
+            const RouteStep step{tile, enter};
+            std::size_t at = steps.size();
+            steps.push_back(step);
+            for (; at > first && comes_first(step, steps[at - 1]); --at) steps[at] = steps[at - 1];
+            steps[at] = step;
+          });
+          routes.offsets[i + 1] = std::int64_t(steps.size() - first);
+        }
+      });
   for (std::size_t i = 0; i < rays.size(); ++i) routes.offsets[i + 1] += routes.offsets[i];
   routes.steps.reserve(std::size_t(routes.offsets[rays.size()]));
   for (std::vector<RouteStep>& part : parts) {

@@ -27,11 +27,11 @@ class TileWalk {
   using Rows = std::vector<std::uint32_t>;
 
   /// All rays wait for the first tiles of their routes.
-  TileWalk(const TopTree& top, const RayBatch& rays, unsigned n_threads, Progress& progress)
+  TileWalk(RayRoutes routes, const RayBatch& rays, unsigned n_threads)
       : n_threads_(n_threads),
-        routes_(routes_of(top, rays, n_threads, progress)),
+        routes_(std::move(routes)),
         at_(routes_.offsets.begin(), routes_.offsets.end() - 1),
-        waiting_(top.n_tiles()) {
+        waiting_(routes_.n_tiles) {
     advance(coherent_order(rays), [](std::size_t, std::uint32_t) { return kInfinity; });
   }
 

@@ -6,8 +6,8 @@
 //
 //     G = reach·(1 + 2⁻¹⁶) + 2⁻¹⁶·(4·u + |p_x| + |p_y| + |p_z|) + 2·overhang·u,
 //
-// as floats in units of the caller say. The reach is ρ, and with a spread κ at most ρ + κ·(|p|₁ + h), where h is the
-// sum of the sides of the frame. The exact test of the prepared ray finds hits up to ρ + 2⁻²⁰·(3·u + |o'| + ρ) +
+// in units of the caller. The reach is ρ, and with a spread κ at most ρ + κ·(|p| + h), where h is half the diagonal of
+// the frame. The exact test of the prepared ray finds hits up to ρ + 2⁻²⁰·(3·u + |o'| + ρ) +
 // overhang·u from an axis, and t is off by no more than the tie tolerance, about 2⁻²⁰·(4·u + |p| + ρ) + overhang·u as a
 // length (rays/ray.hpp). So 2⁻¹⁶ covers these, and the roundings here, each at most 2⁻²⁴ of a term. No hit in the tile
 // has a smaller t than that where the ray enters.
@@ -51,9 +51,8 @@ class TopTree {
     for (const TileBox& tile : tiles) max_radius = std::max(max_radius, tile.max_radius);
     frame_ = frame_of(frame_box, max_radius);
     if (!frame_box.is_empty())
-      for (int k = 0; k < 3; ++k) sides_ += float(frame_box.side(k));
+      half_diagonal_ = float(std::hypot(frame_box.side(0), frame_box.side(1), frame_box.side(2)));
     const float unit = 1.0f / frame_.scale;
-    sides_ = sides_ * (1.0f + kRelative) + max_radius;
     margin_ =
         (kRelative * 4.0f + 2.0f * frame_.overhang) * unit + kRelative * max_radius + std::numeric_limits<float>::min();
     std::vector<std::uint32_t> order(tiles.size());
@@ -75,7 +74,8 @@ class TopTree {
       far += std::fabs(p[k]);
       longest = std::max(longest, std::fabs(ray.direction[k]));
     }
-    const float reach = ray.radius + ray.spread * (far + sides_);
+    float reach = ray.radius;
+    if (ray.spread > 0.0f) reach += ray.spread * (std::sqrt(dot(p, p)) + half_diagonal_);
     const float grow = reach + kRelative * (reach + far) + margin_;
     // A component that moves the ray by less than the margin counts as this much.
     const float least = std::max(longest * 1e-12f, std::numeric_limits<float>::min());
@@ -263,8 +263,8 @@ class TopTree {
   static constexpr float kRelative = 0x1p-16f;
   std::vector<TileBox> tiles_;
   Frame frame_;
-  float sides_ = 0.0f;   // the sum of the frame's sides, and the largest radius
-  float margin_ = 0.0f;  // of all rays
+  float half_diagonal_ = 0.0f;  // of the frame, or more
+  float margin_ = 0.0f;         // of all rays
   std::vector<Node> nodes_;
 };
 

@@ -34,7 +34,7 @@ class ForestRays:
             return _renumbered(self._ask(opened, rays).first_hit(rays, surface, progress), opened.ids)
         found: list[HitColumns] = []
         for block, watched in _blocks(rays, progress):
-            walk = _core.FirstHitWalk(self.top.core, block.arrays(), surface, get_num_threads(), watched.routing())
+            walk = _core.FirstHitWalk(block.arrays(), self._routes(block, watched), surface, get_num_threads())
             for opened, part, seen in self._walk(walk, block, watched):
                 walk.give(self._ask(opened, rays).first_hit(part, surface, seen), opened.ids)
             found.append(walk.hits())
@@ -46,7 +46,7 @@ class ForestRays:
             return self._ask(self.store.open(0), rays).any_hit(rays, progress)
         found = []
         for block, watched in _blocks(rays, progress):
-            walk = _core.AnyHitWalk(self.top.core, block.arrays(), get_num_threads(), watched.routing())
+            walk = _core.AnyHitWalk(block.arrays(), self._routes(block, watched), get_num_threads())
             for opened, part, seen in self._walk(walk, block, watched):
                 walk.give(self._ask(opened, rays).any_hit(part, seen))
             found.append(walk.found())
@@ -60,7 +60,7 @@ class ForestRays:
         counts = np.zeros(len(rays), np.int64)
         begin = 0
         for block, watched in _blocks(rays, progress):
-            visit = _core.Visit(self.top.core, block.arrays(), get_num_threads(), watched.routing())
+            visit = _core.Visit(block.arrays(), self._routes(block, watched), get_num_threads())
             of_block = counts[begin : begin + len(block)]
             for tile, opened, part, seen in self._visit(visit, block, watched):
                 visit.add_counts(tile, self._ask(opened, rays).count_hits(part, seen), of_block)
@@ -84,7 +84,7 @@ class ForestRays:
         found: list[HitLists] = []
         sizes = RayBlocks(RayBlocks.FIRST_RAYS)
         for block, watched in _blocks(rays, progress, sizes):
-            visit = _core.Visit(self.top.core, block.arrays(), get_num_threads(), watched.routing())
+            visit = _core.Visit(block.arrays(), self._routes(block, watched), get_num_threads())
             for tile, opened, part, seen in self._visit(visit, block, watched):
                 lists = self._ask(opened, rays).list_hits(part, surface, k, by_distance, seen)
                 visit.add_lists(tile, lists, opened.ids)
@@ -96,7 +96,7 @@ class ForestRays:
         """List the first k hits of each ray, from tile to tile with falling limits."""
         found: list[HitLists] = []
         for block, watched in _blocks(rays, progress, RayBlocks(RayBlocks.HITS // max(k, 16))):
-            walk = _core.NextHitWalk(self.top.core, block.arrays(), k, surface, get_num_threads(), watched.routing())
+            walk = _core.NextHitWalk(block.arrays(), self._routes(block, watched), k, surface, get_num_threads())
             for opened, part, seen in self._walk(walk, block, watched):
                 walk.give(self._ask(opened, rays).list_hits(part, surface, k, False, seen), opened.ids)
             found.append(walk.lists())
@@ -108,6 +108,9 @@ class ForestRays:
         What rays leave out is none of its business: its numbers are those of the whole.
         """
         return opened.tree._backend(self.kernel, replace(rays, ignored=()))
+
+    def _routes(self, block: RayBatch, watched: BlockProgress) -> _core.RayRoutes:
+        return self.top.routes(block, watched.routing())
 
     def _walk(
         self, walk: _core.FirstHitWalk | _core.AnyHitWalk | _core.NextHitWalk, block: RayBatch, watched: BlockProgress

@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from .. import _core
 from ..arrays import FloatArray, IntArray
+from ..engines import engine
 from ..geometry.hit_places import Float64Array
 from ..progress import ProgressCallback
 from ..query.proximity.points import PointBatch
@@ -51,11 +52,20 @@ class TopTree:
         offsets, tile, enter
             ``enter`` is a lower bound of the t of hits in the tile, in units of the ray's direction.
         """
-        return self.core.tiles_of_rays(rays.arrays(), get_num_threads(), progress)
+        return self.routes(rays, progress).arrays()
+
+    def routes(self, rays: RayBatch, progress: ProgressCallback | None = None) -> _core.RayRoutes:
+        """Return the same, as the walks of the core take it."""
+        found: _core.RayRoutes = engine.ray_routes(self.core, rays.arrays(), get_num_threads(), progress)
+        return found
 
     def first_tile(self, rays: RayBatch, progress: ProgressCallback | None = None) -> IntArray:
         """Return the first tile that each ray meets, or -1."""
-        return self.core.first_tiles(rays.arrays(), get_num_threads(), progress)
+        offsets, tile, _ = self.tiles_of_rays(rays, progress)
+        found = np.full(len(rays), -1, np.int64)
+        has_any = np.diff(offsets) > 0
+        found[has_any] = tile[offsets[:-1][has_any]]
+        return found
 
     def nearest_tiles(
         self, points: PointBatch, k: int, progress: ProgressCallback | None = None
