@@ -18,5 +18,9 @@ def cluster():
 def client(cluster):
     distributed = pytest.importorskip("distributed")
     with distributed.Client(cluster) as client:
-        client.wait_for_workers(2, HANGS)
+        try:
+            client.wait_for_workers(2, 60)
+        except TimeoutError:  # a worker that a test has killed has not come back
+            client.restart(wait_for_workers=False)
+            client.wait_for_workers(2, HANGS)
         yield client

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import numpy.typing as npt
 
 from ...arrays import IntArray
 from ...progress import ProgressCallback
@@ -85,7 +86,8 @@ class MappedPoints:
         def place(rows: IntArray) -> float:
             return float(tile[rows[0]]) / self.forest.n_tiles
 
-        arrays = [points.points, points.radius, *(each.numbers for each in points.ignored if each.is_per_ray)]
+        arrays: list[npt.NDArray[Any]] = [points.points, points.radius]
+        arrays += [each.numbers for each in points.ignored if each.is_per_ray]
         row_bytes = sum(array.nbytes for array in arrays) / len(points)
         yield from self.mapping.rows(order, place, work, row_bytes, progress)
 

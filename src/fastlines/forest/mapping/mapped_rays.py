@@ -115,7 +115,7 @@ class MappedRays:
         def place(rows: IntArray) -> float:
             return float(tile[rows[0]]) / self.forest.n_tiles
 
-        arrays = [array for array in rays.arrays() if array is not None]
+        arrays: list[npt.NDArray[Any]] = [array for array in rays.arrays() if array is not None]
         arrays += [each.numbers for each in rays.ignored if each.is_per_ray]
         row_bytes = sum(array.nbytes for array in arrays) / len(rays)
         yield from self.mapping.rows(order, place, work, row_bytes, progress)
