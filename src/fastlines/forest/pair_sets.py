@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from weakref import WeakKeyDictionary
+
 import numpy as np
 
 from ..arrays import FloatArray, IntArray
@@ -15,16 +17,17 @@ from .top_tree import TopTree
 #: Strands that the core can tell from each other by 32 bits, of which one value stands for none.
 MOST_STRANDS = 2**32 - 1
 
-#: How many tiles keep their places along strands, which are made when a tile is read for pairs.
-KEPT = 4
-
 
 class TileSets:
     """The sets of a forest; see `PairSets`."""
 
     def __init__(self, store: TileStore, top: TopTree, geometry: ForestGeometry) -> None:
         self._store, self._top, self._geometry = store, top, geometry
-        self._places: dict[int, Int32Array | None] = {}
+        # They are made when a tile is first searched, and kept while it is open.
+        self._places: WeakKeyDictionary[Tile, Int32Array | None] = WeakKeyDictionary()
+
+    def __len__(self) -> int:
+        return len(self._store)
 
     def boxes(self) -> FloatArray:
         """See `PairSets`."""
@@ -45,11 +48,9 @@ class TileSets:
         return PairSet(tile.tree.layout.view, tile.tree.geometry, tile.ids, places)
 
     def _places_of(self, tile: Tile) -> Int32Array | None:
-        if tile.number not in self._places:
-            while len(self._places) >= KEPT:
-                del self._places[next(iter(self._places))]
-            self._places[tile.number] = places_of(tile, self._geometry)
-        return self._places[tile.number]
+        if tile not in self._places:
+            self._places[tile] = places_of(tile, self._geometry)
+        return self._places[tile]
 
 
 def places_of(tile: Tile, geometry: ForestGeometry) -> Int32Array | None:

@@ -129,9 +129,7 @@ class NearParts:
         corners = np.concatenate([ends.min(axis=0), ends.max(axis=0)]).tolist()
         blocks, refs = np.zeros((0, 128), np.uint8), np.zeros((0, 2), np.uint32)
         needle = _core.LayoutView("segments", self.rows, blocks, blocks, refs, corners, corners, 0.0)
-        reach = reach_of(query)
-        low, high = self.rows.reshape(-1, 2, 3).min(axis=1) - reach, self.rows.reshape(-1, 2, 3).max(axis=1) + reach
-        near = distinct(sets.near(low.astype(np.float32), high.astype(np.float32))[1])
+        near = np.zeros(1, np.int64) if len(sets) == 1 else self._near(sets, reach_of(query))
         found, n_left = [no_pairs()], most_pairs()
         for at, number in enumerate(near):
             of = sets.open(int(number), with_places=False)
@@ -149,6 +147,12 @@ class NearParts:
         part, prim, s, u, distance = (np.concatenate(columns) for columns in zip(*found, strict=True))
         begin, end = self.begin[part], self.end[part]
         return self.segment[part], prim, np.asarray(begin + s * (end - begin), np.float32), u, distance
+
+    def _near(self, sets: PairSets, reach: float) -> IntArray:
+        """Return the sets whose boxes come near."""
+        ends = self.rows.reshape(-1, 2, 3).astype(np.float64)
+        corners = ends.min(axis=1) - reach, ends.max(axis=1) + reach
+        return distinct(sets.near(*(corner.astype(np.float32) for corner in corners))[1])
 
 
 def parts_near(points: Float64Array, query: PairQuery) -> NearParts:

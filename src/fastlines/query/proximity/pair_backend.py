@@ -73,13 +73,15 @@ class PairsOfSets:
 
     def tasks(self, query: PairQuery) -> list[PairTask]:
         """Return the sets that may have pairs, so that those of one first set follow each other."""
+        second = self.first if self.second is None else self.second
+        if len(self.first) == len(second) == 1:
+            return [PairTask(0, 0)]
         boxes = self.first.boxes().astype(np.float64)
         filled = np.flatnonzero(boxes[:, 0, 0] < np.inf)
         if not len(filled):
             return []
         low, high = boxes[filled, 0], boxes[filled, 1]
         reach = reach_of(query)
-        second = self.first if self.second is None else self.second
         with np.errstate(over="ignore"):
             offsets, near = second.near((low - reach).astype(np.float32), (high + reach).astype(np.float32))
         return [

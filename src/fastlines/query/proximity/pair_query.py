@@ -69,8 +69,8 @@ def no_pairs() -> PairColumns:
 
 def reach_of(query: PairQuery) -> float:
     """Return how far boxes of axes with radii may be apart if they hold a pair, whatever the exact test rounds."""
-    both = [of for of in (query.geometry, query.second) if len(of)]
-    size = max(float(np.ptp(of.bounds, axis=0).max() + np.abs(of.bounds).max()) + of.max_radius for of in both)
+    both = [(of.bounds, of.max_radius) for of in (query.geometry, query.other) if of is not None and len(of)]
+    size = max(float(np.ptp(bounds, axis=0).max() + np.abs(bounds).max()) + radius for bounds, radius in both)
     return query.radius + ROUNDING * (query.radius + size)
 
 

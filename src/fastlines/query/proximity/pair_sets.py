@@ -60,6 +60,9 @@ def row_arrays(geometry: AnyGeometry, places: Int32Array | None, numbers: IntArr
 class PairSets(Protocol):
     """Sets of primitives that make up a whole."""
 
+    def __len__(self) -> int:
+        """Return the number of sets."""
+
     def boxes(self) -> FloatArray:
         """Return the boxes of the sets, with radii, (n_sets, 2, 3); the lowest corner is inf for an empty set."""
 
@@ -77,6 +80,9 @@ class TreeSet:
     geometry: AnyGeometry
     view: Callable[[], _core.LayoutView]
     places: Callable[[], Int32Array | None]
+
+    def __len__(self) -> int:
+        return 1
 
     def boxes(self) -> FloatArray:
         """See `PairSets`."""
