@@ -192,7 +192,7 @@ def test_rows_that_are_left_out(tmp_path: Path) -> None:
     forest = fl.build_forest(iter(parts), tmp_path / "forest", max_segments=40, invalid="skip")
     assert_holds(forest, fl.Lines.from_segments(np.concatenate(parts), invalid="skip"))
     assert forest.geometry.rows_of(np.array([0, 3, 97])).tolist() == [0, 4, 148]
-    with pytest.raises(fl.InputError, match="1 of 50 segments hold NaN"):
+    with pytest.raises(fl.InputError, match="chunk 0: 1 of 50 segments hold NaN"):
         fl.build_forest(iter(parts), tmp_path / "strict")
 
 
@@ -216,8 +216,11 @@ def test_large_chunks_are_cut(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
     parts = chunks()
     forest = fl.build_forest(parts, tmp_path / "lines", max_segments=100)
     assert_holds(forest, replace(joined(parts), metadata={"subject": "one"}))
-    segments = parts[0].segments
+    segments = parts[0].segments.copy()
     assert_holds(fl.build_forest(segments, tmp_path / "array", max_segments=100), fl.Lines(segments))
+    segments[80] = np.nan
+    with pytest.raises(fl.InputError, match=r"chunk 0 from row 70 on: 1 of 70 segments hold NaN.*\(row 10\)"):
+        fl.build_forest(segments, tmp_path / "nan")
 
 
 def test_files(tmp_path: Path) -> None:
@@ -232,6 +235,16 @@ def test_files(tmp_path: Path) -> None:
     assert_holds(forest, both)
     with pytest.raises(FileNotFoundError):
         fl.build_forest(tmp_path / "none.tck", tmp_path / "three")
+
+
+def test_a_folder_of_parquet(tmp_path: Path) -> None:
+    pytest.importorskip("pyarrow")
+    lines = strands()
+    (tmp_path / "table").mkdir()
+    fl.write(tmp_path / "table" / "a.parquet", lines[:100])
+    fl.write(tmp_path / "table" / "b.parquet", lines[100:])
+    forest = fl.build_forest(tmp_path / "table", tmp_path / "forest", max_segments=70)
+    assert_holds(forest, fl.read(tmp_path / "table"))
 
 
 def test_dask_arrays(tmp_path: Path) -> None:

@@ -132,9 +132,13 @@ def _of_block(array: Any, number: int, how: Reading) -> Iterator[Lines]:
 def _of_chunks(chunks: Iterable[Any], how: Reading) -> Iterator[Lines]:
     """Return chunks as lines; arrays are cut."""
     offset = how.offset
-    for chunk in chunks:
-        for part in _cut(_usable(chunk), how.n_rows):
-            made = lines(part, offset=offset, invalid=how.invalid)
+    for number, chunk in enumerate(chunks):
+        for begin, part in _cut(_usable(chunk), how.n_rows):
+            try:
+                made = lines(part, offset=offset, invalid=how.invalid)
+            except InputError as error:
+                where = f" from row {begin} on" if begin else ""
+                raise InputError(f"chunk {number}{where}: {error}") from None
             if offset is not None:
                 offset = made.offset
             yield made
@@ -151,10 +155,10 @@ def _usable(chunk: Any) -> Any:
     return found
 
 
-def _cut(chunk: Any, n_rows: int) -> Iterator[Any]:
-    """Cut an array of segments."""
+def _cut(chunk: Any, n_rows: int) -> Iterator[tuple[int, Any]]:
+    """Cut an array of segments; return the first row of each piece, and the piece."""
     if not isinstance(chunk, np.ndarray) or chunk.ndim < 2 or len(chunk) <= n_rows:
-        yield chunk
+        yield 0, chunk
         return
     for begin in range(0, len(chunk), n_rows):
-        yield chunk[begin : begin + n_rows]
+        yield begin, chunk[begin : begin + n_rows]
