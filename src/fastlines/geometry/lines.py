@@ -104,6 +104,17 @@ class Lines(StrandPoints):
             object.__setattr__(self, name, frozen(value))
         refuse_rows(unusable(self.segments), "segments", "; Lines.from_segments(…, invalid='skip') leaves them out")
 
+    @classmethod
+    def restored(cls, **given: Any) -> Any:
+        """See `Immutable`."""
+        none: dict[str, Any] = dict.fromkeys(("radius", "up", "unit"))
+        none |= {"skipped": np.empty(0, np.int64), "attributes": {}, "end_attributes": {}, "metadata": {}}
+        parts, made = none | given, object.__new__(cls)
+        first = {name: values[:, 0] for name, values in parts["end_attributes"].items()}
+        parts |= {"attributes": parts["attributes"] | first, "metadata": checked_metadata(parts["metadata"])}
+        made.__setstate__(parts)
+        return made
+
     def _check_columns(self) -> None:
         """Refuse columns that do not fit the segments."""
         columns = self.strands, self.radius, self.attributes, self.skipped, self.end_attributes
@@ -131,6 +142,11 @@ class Lines(StrandPoints):
     def cone_rows(self) -> FloatArray:
         """Both ends of each segment and the radius at each, 0 if there is none: (n, 8) float32."""
         return np.asarray(own(np.concatenate([self.axes, self.end_radii], axis=1)))
+
+    @property
+    def derived(self) -> tuple[str, ...]:
+        """See `Immutable`."""
+        return () if self.radius is None else ("cone_rows", "max_radius")
 
     @property
     def axes(self) -> FloatArray:

@@ -118,7 +118,7 @@ def read(kind: type[Tree], path: str | os.PathLike[str], verify: bool | None = N
         built_cost = float(metadata["built_cost"]) if "built_cost" in metadata else None
         facts: dict[str, Any] = {name: metadata.get(name) for name in ("kind", "up", "unit")}
         facts |= {name: json.loads(metadata[name]) for name in ("tolerance", "metadata", "parts") if name in metadata}
-        geometry = from_sections(arrays, facts, refuse)
+        geometry = from_sections(arrays, facts, refuse, trusted=trusted)
         frame = np.array(json.loads(metadata["frame"]), np.float32) if "frame" in metadata else None
         nodes, refs = arrays["nodes"].reshape(-1).view(NODE), arrays["refs"].reshape(-1).view(REF)
         given = settings, metadata["method"], limits_hit, built_cost
