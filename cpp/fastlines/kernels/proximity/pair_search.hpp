@@ -13,6 +13,7 @@
 #pragma once
 
 #include <bit>
+#include <numeric>
 #include <vector>
 
 #include "../../primitives/pair_test.hpp"
@@ -58,10 +59,11 @@ class PairSearch {
 
   void find(PairList& list, unsigned n_threads, Progress& progress, Stage stage) const {
     constexpr std::size_t chunk_size = 8;  // blocks
+    const std::vector<std::uint32_t> blocks = near_blocks();
     parallel_for_chunks(
-        n_blocks(), chunk_size, n_threads, progress, [&] { return Worker(*this, *list.part(), progress); },
+        blocks.size(), chunk_size, n_threads, progress, [&] { return Worker(*this, *list.part(), progress); },
         [&](Worker& worker, std::size_t begin, std::size_t end) {
-          for (std::size_t block = begin; block < end; ++block) worker.search(block);
+          for (std::size_t i = begin; i < end; ++i) worker.search(blocks[i]);
           worker.finish();
         },
         stage);
@@ -83,6 +85,55 @@ class PairSearch {
   std::size_t n_blocks() const {
     if (!first_.leaves.empty()) return first_.leaves.size();
     return (query_.first.n_rows + kSimdWidth - 1) / kSimdWidth;
+  }
+
+  /// The blocks of the first set that come near the root of the second tree: few where two sets hardly touch.
+  std::vector<std::uint32_t> near_blocks() const {
+    std::vector<std::uint32_t> blocks(n_blocks());
+    std::iota(blocks.begin(), blocks.end(), 0u);
+    if (query_.is_self || first_.leaves.empty()) return blocks;
+    blocks.clear();
+    const SearchBox root = box_of(second_.nodes[0], second_change_);
+    for (std::vector<std::uint32_t> stack{0}; !stack.empty();) {
+      const WideNode& node = first_.nodes[stack.back()];
+      stack.pop_back();
+      for (std::uint32_t near = near_children(node, change_, root, reach_ * kGrow); near; near &= near - 1) {
+        const int child = std::countr_zero(near);
+        if (child < node.n_inner)
+          stack.push_back(node.first_inner + std::uint32_t(child));
+        else
+          blocks.push_back(node.first_leaf + std::uint32_t(child - node.n_inner));
+      }
+    }
+    std::sort(blocks.begin(), blocks.end());
+    return blocks;
+  }
+
+  /// The box of a node in the frame of the query.
+  static SearchBox box_of(const WideNode& node, const FrameChange& change) {
+    SearchBox box;
+    const float quantum = change.quantum(node.scale);
+    for (int k = 0; k < 3; ++k) {
+      const std::uint8_t *const low = node.planes + k * kSimdWidth, *const high = node.planes + (3 + k) * kSimdWidth;
+      const float org = change.coordinate(node.org[k], k);
+      box.low[k] = org + float(*std::min_element(low, low + node.n_children)) * quantum;
+      box.high[k] = org + float(*std::max_element(high, high + node.n_children)) * quantum;
+    }
+    return box;
+  }
+
+  /// The children whose boxes come within reach of a box. They include radii.
+  static std::uint32_t near_children(const WideNode& node, const FrameChange& change, const SearchBox& box,
+                                     float reach) {
+    const float inverse = 1.0f / change.quantum(node.scale);
+    MaskX16 near = FloatX16(0.0f) <= FloatX16(0.0f);
+    for (int k = 0; k < 3; ++k) {
+      const float org = change.coordinate(node.org[k], k);
+      const float low = (box.low[k] - reach - org) * inverse, high = (box.high[k] + reach - org) * inverse;
+      near = near & (FloatX16::bytes(node.planes + k * kSimdWidth) <= FloatX16(high));
+      near = near & (FloatX16(low) <= FloatX16::bytes(node.planes + (3 + k) * kSimdWidth));
+    }
+    return near.bits() & ((1u << node.n_children) - 1);
   }
 
   /// A pair of rows to be tested, and the references that led to it.
@@ -136,8 +187,6 @@ class PairSearch {
         box_.low[k] = reduce_min(block.low[k]);
         box_.high[k] = reduce_max(block.high[k]);
       }
-      // Most blocks of one part of a whole are far from another part.
-      if (near_children(search_.second_.nodes[0], box_, reach) == 0) return;
       const PieceArrays arrays(block);
       const PieceSlabs slabs(block);
       stack_.assign(1, 0);
@@ -146,7 +195,7 @@ class PairSearch {
         const WideNode& node = search_.second_.nodes[stack_.back()];
         stack_.pop_back();
         checkpoint_.pass();
-        for (std::uint32_t near = near_children(node, box_, reach); near; near &= near - 1) {
+        for (std::uint32_t near = near_children(node, search_.second_change_, box_, reach); near; near &= near - 1) {
           const int child = std::countr_zero(near);
           if (child < node.n_inner)
             stack_.push_back(node.first_inner + std::uint32_t(child));
@@ -165,20 +214,6 @@ class PairSearch {
         const bool is_first = search_.first_leaf_.empty() || search_.first_leaf_[row] == block_;
         if (!is_first || !query_.is_first(row)) block.lanes &= ~(1u << lane);
       }
-    }
-
-    /// The children whose boxes come within reach of a box. They include radii.
-    std::uint32_t near_children(const WideNode& node, const SearchBox& box, float reach) const {
-      const FrameChange& change = search_.second_change_;
-      const float inverse = 1.0f / change.quantum(node.scale);
-      MaskX16 near = FloatX16(0.0f) <= FloatX16(0.0f);
-      for (int k = 0; k < 3; ++k) {
-        const float org = change.coordinate(node.org[k], k);
-        const float low = (box.low[k] - reach - org) * inverse, high = (box.high[k] + reach - org) * inverse;
-        near = near & (FloatX16::bytes(node.planes + k * kSimdWidth) <= FloatX16(high));
-        near = near & (FloatX16(low) <= FloatX16::bytes(node.planes + (3 + k) * kSimdWidth));
-      }
-      return near.bits() & ((1u << node.n_children) - 1);
     }
 
     /// Cull the pairs of a block and a leaf of the second tree.
