@@ -32,6 +32,12 @@ def test_bounds():
     assert "cost/bound" in text
 
 
+def test_opening():
+    rows = done("study", "opening", "--segments", 300).splitlines()
+    assert rows[0] == "| 300 segments | ms | with a radius |"
+    assert len(rows) == 2 + 2 * 6
+
+
 def test_retraced():
     text = done("study", "retraced", "--scene", "spaghetti", "--effort", "0", "--radius", "0.001")
     assert "capped" in text

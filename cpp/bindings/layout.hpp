@@ -2,6 +2,7 @@
 #pragma once
 
 #include <nanobind/nanobind.h>
+#include <nanobind/stl/optional.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/tuple.h>
 
@@ -17,11 +18,12 @@ namespace fastlines {
 class LayoutView {
  public:
   LayoutView(const std::string& kind, Input<float> data, Input<std::uint8_t> nodes_, Input<std::uint8_t> leaves_,
-             Input<std::uint32_t> refs_, const Corners& corners, const Corners& frame_corners, float mean_extent)
+             Input<std::uint32_t> refs_, const Corners& corners, const Corners& frame_corners, float mean_extent,
+             std::optional<float> max_radius)
       : nodes(rows<WideNode>(nodes_)),
         leaves(rows<WideLeaf>(leaves_)),
         refs(rows<WideRef>(refs_)),
-        prims(ray_primitives<QueryPrimitives>(kind, data)),
+        prims(ray_primitives<QueryPrimitives>(kind, data, max_radius)),
         frame_box(box_of(frame_corners)),
         frame(frame_of(frame_box)),
         box_{frame(box_of(corners).lo), frame(box_of(corners).hi)},
@@ -64,9 +66,9 @@ inline void bind_layout_view(nanobind::module_& m) {
   using namespace nb::literals;
   nb::class_<LayoutView>(m, "LayoutView")
       .def(nb::init<const std::string&, Input<float>, Input<std::uint8_t>, Input<std::uint8_t>, Input<std::uint32_t>,
-                    const Corners&, const Corners&, float>(),
+                    const Corners&, const Corners&, float, std::optional<float>>(),
            "kind"_a, "data"_a.noconvert(), "nodes"_a.noconvert(), "leaves"_a.noconvert(), "refs"_a.noconvert(),
-           "corners"_a, "frame_corners"_a, "mean_extent"_a)
+           "corners"_a, "frame_corners"_a, "mean_extent"_a, "max_radius"_a = nb::none())
       .def_prop_ro("frame", &LayoutView::frame_of_queries);
 }
 

@@ -26,28 +26,32 @@ using QueryPrimitives = decltype(and_spread_cones(std::declval<RayPrimitives>())
 /// The primitives that trees are over, besides segments.
 using OtherPrimitives = std::variant<Shapes>;
 
-/// A set that points into `data`, which has one row of numbers for each primitive.
+/// A set that points into `data`, which has one row of numbers for each primitive. The largest radius may be known.
 template <class P>
-P primitives_in(const Input<float>& data) {
+P primitives_in(const Input<float>& data, std::optional<float> max_radius = {}) {
   constexpr std::size_t n_floats = sizeof(typename P::Item) / sizeof(float);
   if (data.ndim() != 2 || data.shape(1) != n_floats)
     throw std::invalid_argument(std::string(P::kKind) + " need rows of " + std::to_string(n_floats) + " numbers each");
-  return P{rows<typename P::Item>(data)};
+  const auto items = rows<typename P::Item>(data);
+  if constexpr (std::is_constructible_v<P, std::span<const typename P::Item>, float>)
+    if (max_radius) return P(items, *max_radius);
+  return P{items};
 }
 
 /// The set of primitives of a kind, if `Variant` lists it.
 template <class Variant>
-std::optional<Variant> find_primitives(const std::string& kind, const Input<float>& data) {
+std::optional<Variant> find_primitives(const std::string& kind, const Input<float>& data,
+                                       std::optional<float> max_radius = {}) {
   std::optional<Variant> found;
   [&]<class... P>(std::type_identity<std::variant<P...>>) {
-    ((kind == P::kKind ? void(found = primitives_in<P>(data)) : void()), ...);
+    ((kind == P::kKind ? void(found = primitives_in<P>(data, max_radius)) : void()), ...);
   }(std::type_identity<Variant>());
   return found;
 }
 
 template <class Variant = RayPrimitives>
-Variant ray_primitives(const std::string& kind, const Input<float>& data) {
-  if (const auto found = find_primitives<Variant>(kind, data)) return *found;
+Variant ray_primitives(const std::string& kind, const Input<float>& data, std::optional<float> max_radius = {}) {
+  if (const auto found = find_primitives<Variant>(kind, data, max_radius)) return *found;
   throw std::invalid_argument("the engines are not compiled for this kind of primitive: " + kind);
 }
 

@@ -1,8 +1,9 @@
-// Traversals of one ray, or around one point, by a function: all kinds of primitives, limits, traversals within others,
-// and exceptions.
+// Traversals of one ray, or around one point, by a function: all kinds of primitives, larger frames, limits, traversals
+// within others, and exceptions.
 #include <memory>
 
 #include "check.hpp"
+#include "fastlines/layout/check_layout.hpp"
 #include "fastlines/primitives/spread_cones.hpp"
 #include "scenes.hpp"
 
@@ -11,7 +12,8 @@ using test::check, test::Random;
 
 namespace {
 
-/// A tree over primitives. `built` has the same primitives as `prims`, as builders see them.
+/// A tree over primitives, in the frame of a box that is larger by `margin` on one side, and three times as much on the
+/// other. `built` has the same primitives as `prims`, as builders see them.
 template <class P>
 struct Traversed {
   Progress progress;
@@ -21,17 +23,26 @@ struct Traversed {
   BruteForce<P> brute;
 
   template <class Built>
-  Traversed(const Built& built, const P& prims_)
-      : prims(prims_), wide(layout_of(built)), view(view_of(wide, prims)), brute{prims, view.frame} {}
+  Traversed(const Built& built, const P& prims_, float margin = 0.0f)
+      : prims(prims_), wide(layout_of(built, margin)), view(view_of(wide, prims)), brute{prims, view.frame} {
+    const auto fault = check_layout<P>({wide.nodes.data(), wide.nodes.size()}, {wide.leaves.data(), wide.leaves.size()},
+                                       {wide.refs.data(), wide.refs.size()}, prims, progress);
+    check(!fault, "a layout that was built is usable");
+  }
 
   template <class Built>
-  WideBvh layout_of(const Built& built) {
+  WideBvh layout_of(const Built& built, float margin) {
     Settings settings;
     settings.splits = {{PlaneGrid{4}}};
     settings.limits.max_leaf_refs = 8;
     settings.lanes = 16;
     const Tree tree = Builder(built, settings, progress).build();
-    return collapse(tree.nodes, tree.refs, built, {}, 1, progress);
+    Box box = tree.nodes[0].box;
+    for (int k = 0; k < 3; ++k) {
+      box.lo[k] -= margin;
+      box.hi[k] += 3 * margin;
+    }
+    return collapse(tree.nodes, tree.refs, built, {}, 1, progress, box);
   }
 };
 
@@ -230,6 +241,12 @@ int main() {
     check(check_all_hits(segments, 0.0f) > 100, "rays hit segments");
     check(check_all_hits(Traversed<SpreadCones>(RoundCones{cones}, SpreadCones{cones}), 0.01f) > 100, "rays hit cones");
     check(check_all_hits(Traversed<Shapes>(Shapes{shapes}, Shapes{shapes}), 0.0f) > 100, "rays hit shapes");
+    for (const float margin : {0.01f, 1.0f, 100.0f}) {
+      check(check_all_hits(Traversed<Segments>(Segments{lines}, Segments{lines}, margin), 0.0f) > 100, "in a frame");
+      const Traversed<RoundCones> larger(RoundCones{cones}, RoundCones{cones}, margin);
+      check(check_all_hits(larger, 0.0f) > 100 && check_near(larger, true) > 100, "round cones in a frame");
+      check(check_all_hits(Traversed<Shapes>(Shapes{shapes}, Shapes{shapes}, margin), 0.0f) > 100, "shapes in a frame");
+    }
     const Traversed<RoundCones> thick(RoundCones{cones}, RoundCones{cones});
     check(check_near(segments, false) > 100, "segments are near points");
     check(check_near(thick, true) > 100 && check_near(thick, false) > 100, "round cones are near points");

@@ -87,6 +87,7 @@ class LayoutView:
         corners: Sequence[float],
         frame_corners: Sequence[float],
         mean_extent: float,
+        max_radius: float | None = None,
     ) -> None: ...
     @property
     def frame(self) -> tuple[list[float], float, float]: ...

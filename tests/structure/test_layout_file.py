@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
+from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
@@ -110,7 +112,68 @@ def test_more_sections(tmp_path: Path) -> None:
     assert tree_file.read_more(tmp_path / "a.flt") == {}
 
 
+def thick_lines() -> fl.Lines:
+    more: dict[str, Any] = {"strands": np.arange(20) // 3, "attributes": {"id": np.arange(20)}}
+    more["end_attributes"] = {"at": np.arange(40.0).reshape(20, 2)}
+    return fl.Lines.from_segments(SEGMENTS, radius=np.linspace(0.1, 1, 40).reshape(20, 2), **more)
+
+
+@pytest.mark.parametrize("trusted", [False, True])
+def test_rows_of_thick_lines_are_mapped(tmp_path: Path, trusted: bool) -> None:
+    tree = fl.build(thick_lines())
+    tree.save(tmp_path / "a.flt", layout=True)
+    back = tree_file.read(Tree, tmp_path / "a.flt", trusted=trusted)
+    assert isinstance(back.geometry, fl.Lines)
+    for rows in (back.geometry.core_rows, back.geometry.cone_rows):
+        assert isinstance(rows, np.memmap)
+        assert not rows.flags.writeable
+        np.testing.assert_array_equal(rows, tree.geometry.core_rows)
+    assert hits_of(back) == hits_of(tree)
+    spread = [each.all_hits(*RAYS, 0.0, spread=0.01) for each in (tree, back)]
+    np.testing.assert_array_equal(spread[0].t, spread[1].t)
+
+
+def test_trusted_lines_are_those_that_were_saved(tmp_path: Path) -> None:
+    lines = thick_lines()
+    for each in (lines, lines.without_radius(), fl.Spheres.from_centres(SEGMENTS[:, 0], 1)):
+        fl.build(each).save(tmp_path / "a.flt", layout=True)
+        back = tree_file.read(Tree, tmp_path / "a.flt", trusted=True).geometry
+        checked = fl.load(tmp_path / "a.flt").geometry
+        assert type(back) is type(checked) is type(each)
+        for field in fields(fl.Lines):
+            for got, expected in zip(*(leaves_of(getattr(of, field.name)) for of in (back, checked)), strict=True):
+                np.testing.assert_array_equal(got, expected)
+                assert not isinstance(got, np.ndarray) or not got.flags.writeable
+        with pytest.raises(AttributeError):
+            back.radius = None  # type: ignore[misc]
+
+
+def leaves_of(value: Any) -> list[Any]:
+    return [*value.keys(), *value.values()] if isinstance(value, Mapping) else [value]
+
+
 # --- Layouts that lie ---
+
+
+def test_rows_that_are_not_those_of_the_lines_are_refused(tmp_path: Path) -> None:
+    tree = fl.build(thick_lines())
+    tree.save(tmp_path / "a.flt", layout=True)
+    arrays, metadata = container.read(tmp_path / "a.flt")
+    rows, facts = arrays["layout/cone_rows"].copy(), json.loads(metadata[layout_file.KEY])
+    rows[3, 7] += 1
+    lies: list[tuple[dict[str, Any], dict[str, Any]]] = [
+        ({**arrays, "layout/cone_rows": rows}, facts),
+        ({**arrays, "layout/cone_rows": rows[:-1]}, facts),
+        ({**arrays, "layout/cone_rows": rows.reshape(-1)}, facts),
+        ({name: array for name, array in arrays.items() if name != "layout/cone_rows"}, facts),
+        (arrays, {**facts, "max_radius": 0.5}),
+        (arrays, {**facts, "max_radius": "1"}),
+        (arrays, {name: value for name, value in facts.items() if name != "max_radius"}),
+    ]
+    for changed, said in lies:
+        container.write(tmp_path / "b.flt", changed, {**metadata, layout_file.KEY: json.dumps(said)}, BLOCK)
+        with pytest.raises(fl.FileFormatError, match=r"b\.flt is not a usable tree file"):
+            fl.load(tmp_path / "b.flt", verify=False)
 
 
 def broken(path: Path, tree: fl.Tree, section: str, rows: Any) -> Path:

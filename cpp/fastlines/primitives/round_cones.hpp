@@ -30,6 +30,8 @@ class RoundCones {
   explicit RoundCones(std::span<const RoundCone> cones) : cones_(cones) {
     for (const RoundCone& cone : cones) max_radius_ = std::max(max_radius_, radius(cone));
   }
+  /// The same, where the largest radius is known: a file of them is then read only where queries need it.
+  RoundCones(std::span<const RoundCone> cones, float max_radius) : cones_(cones), max_radius_(max_radius) {}
 
   // For builders: the axes.
   std::size_t size() const { return cones_.size(); }

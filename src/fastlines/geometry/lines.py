@@ -105,15 +105,14 @@ class Lines(StrandPoints):
         refuse_rows(unusable(self.segments), "segments", "; Lines.from_segments(…, invalid='skip') leaves them out")
 
     @classmethod
-    def trusted(cls, **columns: Any) -> Lines:
-        """Return lines of arrays that were checked before, those of a file that has not changed since."""
-        made = object.__new__(cls)
-        defaults = {of.name: of.default_factory() if callable(of.default_factory) else of.default for of in fields(cls)}
-        ends = columns.get("end_attributes", {})
-        first_ends = {name: values[:, 0] for name, values in ends.items()}
-        metadata = checked_metadata(columns.get("metadata", {}))
-        attributes = {**columns.get("attributes", {}), **first_ends}
-        made.__setstate__({**defaults, **columns, "attributes": attributes, "metadata": metadata})
+    def restored(cls, **given: Any) -> Any:
+        """See `Immutable`."""
+        none: dict[str, Any] = dict.fromkeys(("radius", "up", "unit"))
+        none |= {"skipped": np.empty(0, np.int64), "attributes": {}, "end_attributes": {}, "metadata": {}}
+        parts, made = none | given, object.__new__(cls)
+        first = {name: values[:, 0] for name, values in parts["end_attributes"].items()}
+        parts |= {"attributes": parts["attributes"] | first, "metadata": checked_metadata(parts["metadata"])}
+        made.__setstate__(parts)
         return made
 
     def _check_columns(self) -> None:
@@ -143,6 +142,11 @@ class Lines(StrandPoints):
     def cone_rows(self) -> FloatArray:
         """Both ends of each segment and the radius at each, 0 if there is none: (n, 8) float32."""
         return np.asarray(own(np.concatenate([self.axes, self.end_radii], axis=1)))
+
+    @property
+    def derived(self) -> tuple[str, ...]:
+        """See `Immutable`."""
+        return () if self.radius is None else ("cone_rows", "max_radius")
 
     @property
     def axes(self) -> FloatArray:

@@ -76,7 +76,7 @@ def _attributes(geometry: Any) -> tuple[Arrays, list[str]]:
 
 
 def from_sections(arrays: Arrays, facts: Mapping[str, Any], refuse: Refuse, *, trusted: bool = False) -> AnyGeometry:
-    """Return the geometry of a file, or raise what `refuse` returns; the values of `trusted` lines are not checked."""
+    """Return the geometry of a file, or raise what `refuse` returns. Of a `trusted` file, not each row is checked."""
     kind = facts.get("kind") or Lines.__name__
     if kind == Geometry.__name__:
         parts = []
@@ -85,7 +85,7 @@ def from_sections(arrays: Arrays, facts: Mapping[str, Any], refuse: Refuse, *, t
             own = {name.removeprefix(prefix): array for name, array in arrays.items() if name.startswith(prefix)}
             if part.get("kind") == Geometry.__name__:
                 raise refuse("a part of its geometry has parts")
-            parts.append(from_sections(own, part, refuse))
+            parts.append(from_sections(own, part, refuse, trusted=trusted))
         return Geometry(parts)
     if kind not in kinds.KINDS:
         raise refuse(f"it is over {kind!r}, expected one of {', '.join([*kinds.KINDS, Geometry.__name__])}")
@@ -109,5 +109,5 @@ def from_sections(arrays: Arrays, facts: Mapping[str, Any], refuse: Refuse, *, t
         if found:
             given[mapping] = found
     given |= {key: facts[key] for key in (*FACTS, "metadata") if facts.get(key) is not None}
-    make: Callable[..., AnyGeometry] = Lines.trusted if trusted and kind == Lines.__name__ else kinds.KINDS[kind]
-    return make(**given)
+    made: Callable[..., AnyGeometry] = kinds.KINDS[kind].restored if trusted else kinds.KINDS[kind]
+    return made(**given)

@@ -90,7 +90,9 @@ class Layout(Immutable):
     def _view_over(self, kind: str, data: npt.NDArray[np.float32]) -> _core.LayoutView:
         corners = self.box.reshape(-1).tolist()
         frame = corners if self.frame is None else self.frame.reshape(-1).tolist()
-        return _core.LayoutView(kind, data, self.nodes, self.leaves, self.refs, corners, frame, self.mean_extent)
+        largest = self.geometry.max_radius if "max_radius" in self.geometry.derived else None
+        blocks = self.nodes, self.leaves, self.refs
+        return _core.LayoutView(kind, data, *blocks, corners, frame, self.mean_extent, largest)
 
 
 def _aligned(blocks: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:

@@ -27,7 +27,14 @@ SECTIONS: dict[str, tuple[str, int]] = {"nodes": ("u1", BLOCK), "leaves": ("u1",
 def to_sections(layout: Layout) -> tuple[Arrays, dict[str, str]]:
     """Return the sections and the metadata of a layout."""
     arrays = {PREFIX + name: np.asarray(getattr(layout, name)) for name in SECTIONS}
-    return arrays, {KEY: json.dumps({"form": FORM, "mean_extent": layout.mean_extent})}
+    facts: dict[str, Any] = {"form": FORM, "mean_extent": layout.mean_extent}
+    for name in layout.geometry.derived:
+        value = getattr(layout.geometry, name)
+        if isinstance(value, np.ndarray):
+            arrays[PREFIX + name] = value
+        else:
+            facts[name] = value
+    return arrays, {KEY: json.dumps(facts)}
 
 
 def from_sections(
@@ -54,6 +61,11 @@ def from_sections(
         if array is None or array.dtype != np.dtype(dtype) or array.shape[1:] != (width,):
             raise ValueError(f"the section {PREFIX + name!r} is missing or has another shape or type")
         found[name] = array
+    for name in geometry.derived:
+        value = arrays[PREFIX + name] if PREFIX + name in arrays else facts[name]
+        if not trusted and not np.array_equal(value, getattr(geometry, name)):
+            raise ValueError(f"{name} of its layout are not those of its lines")
+        geometry.__dict__[name] = value
     mean_extent = float(facts["mean_extent"])
     if not 0 <= mean_extent < np.inf:
         raise ValueError(f"the mean extent of its layout is {mean_extent}")

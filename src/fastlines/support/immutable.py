@@ -34,6 +34,16 @@ class Immutable:
     def __deepcopy__(self: Self, memo: dict[int, Any]) -> Self:
         return self
 
+    @property
+    def derived(self) -> tuple[str, ...]:
+        """The names of what is computed once of all parts, and takes long enough that files keep it."""
+        return ()
+
+    @classmethod
+    def restored(cls: type[Self], **given: Any) -> Self:
+        """Make an object of parts that were checked before, as far as its class can without a look at each."""
+        return cls(**given)
+
     def __getstate__(self) -> dict[str, Any]:
         return {field.name: _thawed(getattr(self, field.name)) for field in fields(self)}
 

@@ -15,6 +15,7 @@ from ..studies.banner import make_banner
 from ..studies.bounds import compare_with_bounds
 from ..studies.budgets import SPAGHETTI, print_budgets
 from ..studies.lookahead import print_lookahead
+from ..studies.opening import print_opening
 from ..studies.options import TABLES, print_options
 from ..studies.retraced import AIMS, SCENES, print_retraced
 from ..thesis.depths import C_TRAV
@@ -23,7 +24,9 @@ from .options import JsonFile, check_files, check_names, write_json
 
 study = typer.Typer(cls=Group, rich_markup_mode="rich")
 app.add_typer(
-    study, name="study", short_help="Studies of single questions: budgets, options, bounds, retraced, lookahead."
+    study,
+    name="study",
+    short_help="Studies of single questions: budgets, options, bounds, retraced, lookahead, opening.",
 )
 
 
@@ -118,6 +121,14 @@ def lookahead(
     """Reproduce the table of the thesis's §4.3: the gain and the cost of lookahead."""
     check_files(json_file)
     write_json(json_file, {"seed": seed, "c_trav": c_trav, "rows": print_lookahead(seed, c_trav)})
+
+
+@study.command()
+def opening(
+    segments: Annotated[int, typer.Option("--segments", help="The number of segments.", min=1)] = 1_000_000,
+) -> None:
+    """Time how long it takes to open a saved tree, and to ask the first query, with and without a saved layout."""
+    print_opening(segments)
 
 
 @study.command()

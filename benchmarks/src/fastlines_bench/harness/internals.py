@@ -36,6 +36,7 @@ from fastlines.report.measure import describe_machine
 from fastlines.report.tables import format_3_digits
 from fastlines.settings.methods import DEFAULT_METHOD, METHOD_NOTES, THESIS_METHODS, best_settings, method_settings
 from fastlines.settings.settings import REF_LIMIT, limit_notes
+from fastlines.structure import tree_file
 from fastlines.structure.layout import Layout
 from fastlines.support.atomic_write import atomic_write
 from fastlines.support.immutable import own
@@ -97,6 +98,7 @@ __all__ = [
     "srgb",
     "strand_places",
     "to_bytes",
+    "tree_file",
     "upload_scene",
     "use_engine",
 ]
