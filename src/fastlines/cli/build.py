@@ -4,18 +4,23 @@ from __future__ import annotations
 
 import json
 import time
+from collections.abc import Callable
 from dataclasses import replace
-from typing import Annotated, Any
+from functools import partial
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from typer import Option
 
 import fastlines as fl
 
-from ..settings.methods import method_settings
+from ..settings.methods import best_effort, method_settings
 from ..settings.settings import limit_notes
 from ..support.texts import bytes_text, counted
 from .options import Effort, FormatName, FormatOptions, Input, Json, Method, Skip, n_bytes
+
+if TYPE_CHECKING:
+    from .files import Source
 
 
 def scene(
@@ -80,6 +85,9 @@ def build(
     own_radius: Annotated[
         bool, Option("--own-radius/--no-own-radius", help="Whether the tree keeps the radius that lines have.")
     ] = True,
+    dry_run: Annotated[
+        bool, Option("--dry-run", help="Build only samples; print what the build will take, and write no file.")
+    ] = False,
     skip_invalid: Skip = False,
     format: FormatName = None,
     option: FormatOptions = None,
@@ -87,11 +95,17 @@ def build(
 ) -> None:
     """Build a tree over lines and save it in a file.
 
+    With [cyan]--dry-run[/] it prints the expected number of references, the time, and the memory of tree, build and
+    layout, beside the input: by samples of the lines, which are built on this machine. The time is right to a factor of
+    about two.
+
     [bold]Examples[/]
 
     [cyan]fastlines build hair.tfx -o hair.flt[/]
 
     [cyan]fastlines build tracts.trk.gz --method kd-d2 -o tracts.flt[/]
+
+    [cyan]fastlines build tracts.trk.gz --dry-run[/]  what that will take
 
     [cyan]fastlines build groom.usd -o groom.flt[/]  keeps cubic curves as curves
 
@@ -110,6 +124,15 @@ def build(
     bounds = {"max_depth": max_depth, "max_refs": max_refs, "max_bytes": memory, "max_leaf_refs": max_leaf_refs}
     given: dict[str, Any] = {name: value for name, value in bounds.items() if value is not None}
     opened = open_lines(source, skip_invalid, format, option, own_radius)
+    if dry_run:
+        if effort is None and method == "best" and not costs:
+            effort = best_effort(len(opened.geometry.build_data()[1]))
+        more: dict[str, Any] = {"effort": effort, "cost": replace(settings.cost, **costs) if costs else None}
+        of_samples = {name: value for name, value in given.items() if name in ("max_depth", "max_leaf_refs")}
+        whole = fl.build([[[0, 0, 0], [1, 1, 1]]], method, limits=fl.Limits(**given) if given else None, **more)
+        sample = partial(fl.build, method=method, limits=fl.Limits(**of_samples) if of_samples else None, **more)
+        _print_forecast(opened, whole.settings, sample, as_json)
+        return
     start = time.perf_counter()
     tree = fl.build(
         opened.geometry,
@@ -131,4 +154,25 @@ def build(
         f"{output or opened.name}: {tree.method} over {opened.geometry.count_text()}: "
         f"{counted(tree.n_refs, 'references')}, {counted(tree.n_nodes, 'nodes')}, depth {stats['depth']}, "
         f"cost {stats['cost']:.6g}, {bytes_text(stats['memory_bytes'])}, built in {seconds:.2f} s{limits}"
+    )
+
+
+def _print_forecast(opened: Source, settings: fl.Settings, sample: Callable[[Any], fl.Tree], as_json: bool) -> None:
+    """Print what a build with these settings will take."""
+    from .dry_run import advice, forecast
+
+    n_prims = len(opened.geometry.build_data()[1])
+    facts = forecast(opened.geometry, settings, sample)
+    tile = advice(n_prims, facts["n_refs"], settings)
+    if as_json:
+        typer.echo(json.dumps({"input": opened.name, "n_prims": n_prims, **facts}, indent=2))
+        return
+    seconds = "" if facts["seconds"] is None else f", about {facts['seconds']:.2g} s"
+    typer.echo(
+        f"{opened.name}: a tree over {opened.geometry.count_text()} will have about "
+        f"{counted(facts['n_refs'], 'references')} and take {bytes_text(facts['tree_bytes'])}{seconds}\n"
+        f"memory beside the input: {bytes_text(facts['build_peak_bytes'])} while it is built, "
+        f"{bytes_text(facts['layout_peak_bytes'])} more than the tree while the layout for queries is made, and "
+        f"{bytes_text(facts['layout_bytes'])} for that layout\n"
+        f"a tile of a forest of such lines: {tile}"
     )

@@ -6,6 +6,7 @@ import json
 import shutil
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from functools import partial
 from typing import Annotated, Any
 
 import numpy as np
@@ -16,6 +17,7 @@ import fastlines as fl
 
 from ..errors import FastlinesError, InputError
 from ..progress import reporting
+from ..settings.methods import best_effort, best_settings
 from ..settings.settings import limit_notes
 from ..support.texts import bytes_text, counted
 from ..tree import Tree
@@ -89,6 +91,7 @@ def info(
             radius = _suitable(tree)
         if picture or not is_quick:
             about["radius_for_pictures"] = radius
+    facts["build"] = _build_facts(opened, is_quick)
     if as_json:
         typer.echo(json.dumps(facts, indent=2))
         return
@@ -96,20 +99,31 @@ def info(
     for line in facts_text(facts):
         typer.echo(line)
     if is_quick:
-        needs = "" if picture or not opened.geometry.is_bare else ", and finds a radius for pictures"
-        typer.echo(f"         --full counts duplicates{needs}")
+        needs = "" if picture or not opened.geometry.is_bare else ", finds a radius for pictures"
+        typer.echo(f"         --full counts duplicates{needs}, and builds samples for the figures of a build")
     if picture and tree is not None:
         typer.echo(draw(shown, tree, radius or 0.0))
 
 
 def facts_text(facts: Mapping[str, Any]) -> Iterator[str]:
     """Yield a line for each fact about lines, other shapes, a tree or a forest."""
-    for part in ("lines", "shapes", "tree", "forest"):
+    for part in ("lines", "shapes", "tree", "build", "forest"):
         for key, value in facts.get(part, {}).items():
             if key == "radius_for_pictures" and value is None:
                 continue  # they have their own radius
             name = key.removeprefix("n_").removesuffix("_bytes").replace("_", " ")
             yield f"{part:>7}  {name:<19} {_text(key, value)}"
+
+
+def _build_facts(opened: Source, is_quick: bool) -> dict[str, Any]:
+    """Return what a build of the default tree takes, or the tree's own numbers with it."""
+    from .dry_run import forecast, memory_facts
+
+    if opened.tree is not None:
+        return memory_facts(opened.tree.n_prims, opened.tree.n_refs, opened.tree.settings)
+    n_prims = len(opened.geometry.build_data()[1])
+    sample = None if is_quick else partial(fl.build, effort=best_effort(n_prims))
+    return forecast(opened.geometry, best_settings(n_prims=n_prims), sample)
 
 
 @contextmanager
@@ -179,7 +193,7 @@ def _text(key: str, value: Any) -> str:
         return " to ".join(_text("", corner) for corner in value)
     if key == "attributes" and isinstance(value, dict):
         return ", ".join(f"{name} ({kind})" for name, kind in value.items()) or "none"
-    if key in ("memory_bytes", "file_bytes"):
+    if key.endswith("_bytes"):
         return bytes_text(value)
     if isinstance(value, list):
         return "(" + ", ".join(_text("", item) for item in value) + ")" if value else "none"

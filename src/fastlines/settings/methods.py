@@ -62,6 +62,11 @@ LARGE = 2**18
 MIN_SPREAD = 0.0005
 
 
+def best_effort(n_prims: int) -> float:
+    """Return the default effort of "best" for queries."""
+    return 0.0 if n_prims >= LARGE else 0.5
+
+
 def best_settings(
     effort: float | None = None, boxes: BoxRule = "tight", cost: Cost | None = None, n_prims: int = 0
 ) -> Settings:
@@ -74,7 +79,7 @@ def best_settings(
     """
     for_queries = cost is None and boxes == "tight"
     if effort is None:
-        effort = 0.0 if for_queries and n_prims >= LARGE else 0.5
+        effort = best_effort(n_prims) if for_queries else 0.5
     effort = number("effort", effort, "a number from 0 (fastest) to 1 (best tree)", 0.0, 1.0)
     choice("boxes", boxes, ("tight", "cut"))
     if for_queries:
