@@ -119,7 +119,7 @@ def _build_facts(opened: Source, is_quick: bool) -> dict[str, Any]:
     """Return what a build of the default tree takes, or the tree's own numbers with it."""
     from .dry_run import forecast, memory_facts
 
-    if opened.tree is not None:
+    if isinstance(opened.tree, Tree):
         return memory_facts(opened.tree.n_prims, opened.tree.n_refs, opened.tree.settings)
     n_prims = len(opened.geometry.build_data()[1])
     sample = None if is_quick else partial(fl.build, effort=best_effort(n_prims))
