@@ -143,12 +143,13 @@ def read_tile(folder: Path, number: int, facts: TileFacts, verify: bool | None =
 
     try:
         trusted = verify is not True and is_verified(path)
-        more = tree_file.read_more(path, advice=ADVICE)
-        if path.stat().st_size != facts.n_bytes or container.digest(path) != facts.digest:
+        arrays, metadata = container.read(path, False if trusted else verify, advice=ADVICE)
+        if path.stat().st_size != facts.n_bytes or container.digest_of(arrays) != facts.digest:
             raise refuse("it is of another build than the manifest")
-        tree = tree_file.read(Tree, path, False if trusted else verify, trusted=trusted, advice=ADVICE)
     except FileNotFoundError:
         raise refuse("it is missing") from None
+    tree = tree_file.from_arrays(Tree, path, arrays, metadata, trusted=trusted, advice=ADVICE)
+    more = tree_file.more_of(arrays)
     n = len(tree.geometry)
     ids, places = (None if name not in more else np.asarray(more[name]) for name in ("ids", "places"))
     if n != facts.n_prims or any(column is not None and column.shape != (n,) for column in (ids, places)):

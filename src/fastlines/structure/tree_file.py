@@ -87,9 +87,13 @@ def write(
     container.write(path, blocks | dict(rest), texts, BLOCK if layout else container.ALIGNMENT)
 
 
-def read_more(path: str | os.PathLike[str], *, advice: str = container.ADVICE) -> container.Arrays:
-    """Map the arrays that a file keeps beside a tree, without a check of their checksums."""
-    arrays, _ = container.read(path, verify=False, advice=advice)
+def read_more(path: str | os.PathLike[str]) -> container.Arrays:
+    """Map the sections of a file that its tree does not read: see `write`."""
+    return more_of(container.read(path, False)[0])
+
+
+def more_of(arrays: container.Arrays) -> container.Arrays:
+    """Return those of the arrays of a file that its tree does not read."""
     return {name.removeprefix(MORE): array for name, array in arrays.items() if name.startswith(MORE)}
 
 
@@ -108,7 +112,19 @@ def read(
     """
     if not Path(path).exists():
         check_path(Path(path))
-    arrays, metadata = container.read(path, verify, advice=advice)
+    return from_arrays(kind, path, *container.read(path, verify, advice=advice), trusted=trusted, advice=advice)
+
+
+def from_arrays(
+    kind: type[Tree],
+    path: str | os.PathLike[str],
+    arrays: container.Arrays,
+    metadata: Mapping[str, str],
+    *,
+    trusted: bool = False,
+    advice: str = container.ADVICE,
+) -> Tree:
+    """Make a tree of the arrays that were read of a file; see `read`."""
 
     def refuse(why: str) -> FileFormatError:
         return FileFormatError(f"{path} is not a usable tree file: {why}; {advice}")
