@@ -24,6 +24,14 @@ def test_budgets():
     assert (first["scene"], second["c_trav"]) == ("spaghetti:300", 2.0)
 
 
+def test_memory():
+    text = done("study", "memory", "streamlines:20000", "spaghetti:300", "--threads", 1)
+    first, second = map(json.loads, text.splitlines())
+    assert first["input_bytes"] == 20_000 * 32
+    assert first["peak_bytes"] >= first["tree_bytes"] > 0
+    assert second["n_refs"] >= 300
+
+
 def test_bounds():
     text = done("study", "bounds", "--segments", 60, "--json", "b.json")
     rows = json.loads(Path("b.json").read_text())

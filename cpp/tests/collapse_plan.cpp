@@ -39,6 +39,13 @@ struct Definition {
     root_area = box.area(margin);
   }
 
+  /// The cost of v as one leaf.
+  double as_leaf(std::uint32_t v) const {
+    const Node& node = tree.nodes[v];
+    const bool fits = fits_after_merging(std::span(tree.refs).subspan(node.first_ref, node.n_refs));
+    return fits ? node.box.area(margin) / root_area * cost.c_leaf : std::numeric_limits<double>::infinity();
+  }
+
   double least(std::uint32_t v, int n_children) {
     const auto found = memo.find({v, n_children});
     if (found != memo.end()) return found->second;
@@ -48,7 +55,7 @@ struct Definition {
     if (n_children > 1) {
       best = std::min(least(v, n_children - 1), divided(v, n_children));
     } else {
-      if (fits_after_merging(std::span(tree.refs).subspan(node.first_ref, node.n_refs))) best = area * cost.c_leaf;
+      best = as_leaf(v);
       if (!node.is_leaf()) best = std::min(best, area * cost.c_node + divided(v, kSimdWidth));
     }
     return memo[{v, n_children}] = best;
@@ -79,18 +86,19 @@ void check_plan(const std::vector<Segment>& segments, const CollapseCost& cost, 
     for (std::uint32_t v = 0; v < tree.nodes.size(); ++v) {
       const CollapsePlan& plan = plans[v];
       const Node& node = tree.nodes[v];
-      for (int n = 1; n <= kSimdWidth; ++n) check(near(plan.cost[n - 1], definition.least(v, n)), "C(v, i)");
+      check(plan.leaf == (definition.as_leaf(v) <= definition.least(v, 1) * (1 + 1e-5)), "a leaf if that costs least");
       if (node.is_leaf()) continue;
-      // The choices of the plan have the cost that it states.
+      // The choices of the plan have the least cost.
       const auto cost_of_split = [&](int n, int k) {
-        return double(plans[v + 1].cost[k - 1]) + plans[node.right].cost[n - k - 1];
+        return definition.least(v + 1, k) + definition.least(node.right, n - k);
       };
       check(plan.k_all > 0 && plan.k_all < kSimdWidth, "a node of its own gives both sides some children");
       check(near(cost_of_split(kSimdWidth, plan.k_all), definition.divided(v, kSimdWidth)), "D(v, 16)");
       for (int n = 2; n <= plan.n_leaves; ++n) {
-        const double expected = plan.k[n] > 0 ? cost_of_split(n, plan.k[n]) : double(plan.cost[n - 2]);
-        check(near(plan.cost[n - 1], expected), "C(v, i) by the plan");
+        const double by_plan = plan.k[n] > 0 ? cost_of_split(n, plan.k[n]) : definition.least(v, n - 1);
+        check(near(definition.least(v, n), by_plan), "C(v, i) by the plan");
       }
+      check(near(definition.least(v, plan.n_leaves), definition.least(v, kSimdWidth)), "more children are useless");
     }
   }
 }

@@ -332,7 +332,7 @@ def test_commands_take_trees_over_other_shapes(kind: str, tmp_path: Path) -> Non
     fl.build(geometry).save(tmp_path / "a.flt")
     source = str(tmp_path / "a.flt")
     told = done("info", source)
-    assert ("30" in told) == (kind != "curves")
+    assert (" 30\n" in told) == (kind != "curves")
     facts = json.loads(done("info", source, "--json"))["shapes"]
     assert facts.get("n_curves") == (9 if kind != "triangles" else None)
     assert "valid" in done("validate", source)
@@ -374,3 +374,18 @@ def test_help_names_whole_options(monkeypatch):
     text = done("render", "--help")
     assert "--focus-distance D" in text
     assert "'#rrggbb:#rrggbb' from top" in text
+
+
+def test_a_dry_run_says_what_a_build_takes() -> None:
+    source = "scene:spaghetti:20000"
+    facts = json.loads(done("build", source, "--dry-run", "--json"))
+    tree = json.loads(done("build", source, "--json"))
+    assert facts["n_prims"] == tree["n_prims"] == 20_000
+    assert facts["n_refs"] == pytest.approx(tree["n_refs"], rel=0.2)
+    assert facts["tree_bytes"] == pytest.approx(tree["memory_bytes"], rel=0.3)
+    assert facts["build_peak_bytes"] > facts["tree_bytes"]
+    told = done("build", source, "--dry-run", "--method", "bvh-cl", "--output", "none.flt")
+    assert "20,000 references" in told
+    assert "a tile of a forest" in told
+    assert not Path("none.flt").exists()
+    assert json.loads(done("info", source, "--json"))["build"]["seconds"] > 0

@@ -32,6 +32,9 @@ class Builder {
     if (refs.size() > settings_.limits.max_refs)
       throw std::invalid_argument("max_refs is less than the number of primitives");
     const std::size_t spare = settings_.limits.max_refs - refs.size();
+    const struct AtEnd {
+      ~AtEnd() { PagePool::shrink(kKeptBytes); }
+    } at_end;
     try {
       root.build(std::move(refs), box, NodeContext{.spare = spare});
     } catch (const Cancelled&) {
@@ -59,6 +62,9 @@ class Builder {
     for (const Box& box : boxes) all.grow(BoxX4::load(box));
     return all.box();
   }
+
+  /// Memory kept for the next build, in bytes: as much as that of a million references takes. All else is returned.
+  static constexpr std::size_t kKeptBytes = std::size_t(1) << 26;
 
   const P& prims_;
   const Settings& settings_;

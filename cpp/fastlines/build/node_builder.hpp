@@ -1,4 +1,8 @@
 // The builder's recursion below one node: search for a split, apply it, continue in the children.
+//
+// The left child of a large node stays in the memory of its node. The memory behind it takes the right children below
+// the left child; that of the whole left child takes those below the right child. So a build takes memory for the
+// references of the root and of its right child, and no more unless it cuts many references.
 #pragma once
 
 #include <exception>
@@ -7,6 +11,7 @@
 #include "../parallel/task_group.hpp"
 #include "../splits/retraced_lines.hpp"
 #include "../tree/tree.hpp"
+#include "free_room.hpp"
 #include "lookahead.hpp"
 
 namespace fastlines {
@@ -24,8 +29,10 @@ struct NodeContext {
 struct NodeBuilderTuning {
   /// Children are built in parallel if both are larger. Smaller tasks would have more overhead.
   std::size_t task_refs = 512;
-  /// Larger nodes hand their memory down to the left child, which saves a copy.
+  /// Larger nodes hand their memory down to their children, which saves copies.
   std::size_t hand_down_refs = 1024;
+  /// Memory that is kept for reuse while subtrees of other threads are appended, in bytes.
+  std::size_t kept_bytes = std::size_t(1) << 24;
 };
 
 /// Builds the subtree of one node, and appends it to `tree`.
@@ -53,7 +60,9 @@ class NodeBuilder {
     const std::size_t more = std::min(context.spare, 3 * refs.size());
     tree.nodes.reserve(refs.size());
     tree.refs.reserve(refs.size() + more);
-    return build_node(refs, box, context);
+    auto all = Buffer<BuildRef>::within({refs.data(), refs.capacity()});
+    all.set_size(refs.size());
+    return build_node(all, box, context);
   }
 
   /// The most references of a node at this depth that halving alone can bring into leaves of `max_leaf_refs`.
@@ -153,14 +162,16 @@ class NodeBuilder {
     auto& [left, right] = levels_[context.depth];
     const bool may_prune = settings_.prune && n_refs <= settings_.limits.max_leaf_refs;
     const bool in_place = n_refs > kTuning.hand_down_refs && !may_prune;
-    if (in_place) left = std::move(refs);
-    partition(prims_, in_place ? left : refs, *split, left, right);
-    if (in_place && left.size() <= kTuning.hand_down_refs) {
-      // Free the large buffer: no node below would hand it down.
-      Buffer<BuildRef> small;
-      small.assign(left);
-      left = std::move(small);
+    Buffer<BuildRef> block;  // for the right child, if there is no other room
+    FreeRoom::Part room;
+    if (in_place) {
+      left = std::move(refs);
+      room = free_room_.take(split->n_right + 1);
+      right = Buffer<BuildRef>::within(
+          room.part.empty() ? std::span(block.reset(split->n_right + 1), split->n_right + 1) : room.part);
     }
+    const std::span<BuildRef> of_node(in_place ? left.data() : nullptr, in_place ? n_refs : 0);
+    partition(prims_, in_place ? left : refs, *split, left, right);
     if (split->kind == Candidate::Kind::plane && (!Curves<P> || estimates(settings_.splits)) &&
         settings_.boxes == BoxRule::tight) {
       // The candidate's boxes may be off by rounding, or bound only a sample.
@@ -179,8 +190,15 @@ class NodeBuilder {
     // Build the children.
     const bool large = std::min(left.size(), right.size()) > kTuning.task_refs;
     const auto [cost_left, cost_right] = large && tasks_.is_parallel()
-                                             ? build_in_parallel(index, *split, in_left, in_right)
-                                             : build_in_turn(index, *split, in_left, in_right, !large);
+                                             ? build_in_parallel(index, *split, in_left, in_right, of_node)
+                                             : build_in_turn(index, *split, in_left, in_right, of_node, !large);
+    if (in_place) {
+      left = {};
+      right = {};
+      free_room_.give_back(room);
+      // Nodes below the root seldom need a block, and hardly ever one of the same size.
+      if (context.depth > 0 && block.data()) PagePool::trim(block.data(), 0);
+    }
     tree.nodes[index].n_refs = std::uint32_t(tree.refs.size() - first_ref);
     const double cost = lookahead_.cost_of(*split, box, cost_left, cost_right);
     // Prune the subtree if it costs no less than a leaf.
@@ -191,24 +209,38 @@ class NodeBuilder {
     return make_leaf(index, refs);
   }
 
-  /// Build the left child, then the right one. With `pass_on`, the right child inherits the spare references that the
-  /// left one did not use. Large children never do: then the tree does not depend on whether they are built in
-  /// parallel.
+  /// Build the left child, then the right one. `of_node` is the memory of a large node, else empty. With `pass_on`, the
+  /// right child inherits the spare references that the left one did not use. Large children never do: then the tree
+  /// does not depend on whether they are built in parallel.
   std::pair<double, double> build_in_turn(std::size_t index, const Candidate& split, const NodeContext& in_left,
-                                          NodeContext in_right, bool pass_on) {
-    auto& [left, right] = levels_[in_left.depth - 1];
-    const std::size_t used_before = n_used(), room = std::max<std::size_t>(left.size(), 1) + in_left.spare;
-    const double cost_left = build_node(left, split.left, in_left);
+                                          NodeContext in_right, std::span<BuildRef> of_node, bool pass_on) {
+    const std::size_t n_left = levels_[in_left.depth - 1].first.size();
+    const std::size_t used_before = n_used(), room = std::max<std::size_t>(n_left, 1) + in_left.spare;
+    const double cost_left = build_left(split, in_left, of_node);
     if (pass_on) in_right.spare += room - (n_used() - used_before);
+    return {cost_left, build_right(index, split, in_right, of_node)};
+  }
+
+  /// Build the left child of a node; the memory behind it is free.
+  double build_left(const Candidate& split, const NodeContext& in_left, std::span<BuildRef> of_node) {
+    auto& left = levels_[in_left.depth - 1].first;
+    const FreeRoom::More more(free_room_, of_node.subspan(std::min(left.size(), of_node.size())), left.size());
+    return build_node(left, split.left, in_left);
+  }
+
+  /// Build the right child of a node after the left one, whose memory is free.
+  double build_right(std::size_t index, const Candidate& split, const NodeContext& in_right,
+                     std::span<BuildRef> of_node) {
+    auto& right = levels_[in_right.depth - 1].second;
+    const FreeRoom::More more(free_room_, of_node, right.size());
     tree.nodes[index].right = std::uint32_t(tree.nodes.size());
-    return {cost_left, build_node(right, split.right, in_right)};
+    return build_node(right, split.right, in_right);
   }
 
   /// Build both children in parallel. If another thread takes the right child, that child becomes a tree of its own,
   /// which is appended when both are finished.
   std::pair<double, double> build_in_parallel(std::size_t index, const Candidate& split, const NodeContext& in_left,
-                                              const NodeContext& in_right) {
-    auto& [left, right] = levels_[in_left.depth - 1];
+                                              const NodeContext& in_right, std::span<BuildRef> of_node) {
     std::optional<NodeBuilder> right_builder;
     double cost_left, cost_right;
     const auto or_cancel = [&](auto&& build) {
@@ -220,20 +252,18 @@ class NodeBuilder {
         throw;
       }
     };
-    const bool was_taken =
-        tasks_.fork_join([&] { or_cancel([&] { cost_left = build_node(left, split.left, in_left); }); },
-                         [&] {
-                           or_cancel([&] {
-                             right_builder.emplace(prims_, settings_, progress_, tasks_, scene_side_);
-                             cost_right = right_builder->build(std::move(right), split.right, in_right);
-                           });
-                         });
-    if (!was_taken) {
-      tree.nodes[index].right = std::uint32_t(tree.nodes.size());
-      return {cost_left, build_node(right, split.right, in_right)};
-    }
+    const bool was_taken = tasks_.fork_join(
+        [&] { or_cancel([&] { cost_left = build_left(split, in_left, of_node); }); },
+        [&] {
+          or_cancel([&] {
+            right_builder.emplace(prims_, settings_, progress_, tasks_, scene_side_);
+            cost_right = right_builder->build(std::move(levels_[in_right.depth - 1].second), split.right, in_right);
+          });
+        });
+    if (!was_taken) return {cost_left, build_right(index, split, in_right, of_node)};
     tree.nodes[index].right = std::uint32_t(tree.nodes.size());
-    append(tree, right_builder->tree);
+    append(tree, std::move(right_builder->tree));
+    PagePool::shrink(kTuning.kept_bytes);
     n_empty_ += right_builder->n_empty_;
     limits_hit += right_builder->limits_hit;
     lookahead_.search_counts += right_builder->lookahead_.search_counts;
@@ -263,6 +293,7 @@ class NodeBuilder {
   Lookahead<P> lookahead_;
   // References of the children of open nodes, by depth.
   std::vector<std::pair<Buffer<BuildRef>, Buffer<BuildRef>>> levels_;
+  FreeRoom free_room_;
   std::size_t n_empty_ = 0;  // leaves without references
 };
 

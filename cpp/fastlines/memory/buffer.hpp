@@ -25,7 +25,18 @@ class Buffer {
     Buffer(std::move(other)).swap(*this);
     return *this;
   }
-  ~Buffer() { PagePool::release(data_); }
+  ~Buffer() {
+    if (owns_) PagePool::release(data_);
+  }
+
+  /// A buffer in memory that another one owns. If more is reserved, it takes memory of its own.
+  static Buffer within(std::span<T> room) {
+    Buffer buffer;
+    buffer.data_ = room.data();
+    buffer.capacity_ = room.size();
+    buffer.owns_ = false;
+    return buffer;
+  }
 
   /// Discards the contents and reserves n elements. Returns where to write them.
   T* reset(std::size_t n) {
@@ -67,10 +78,12 @@ class Buffer {
     std::swap(data_, other.data_);
     std::swap(size_, other.size_);
     std::swap(capacity_, other.capacity_);
+    std::swap(owns_, other.owns_);
   }
 
   T* data_ = nullptr;
   std::size_t size_ = 0, capacity_ = 0;
+  bool owns_ = true;
 };
 
 }  // namespace fastlines

@@ -47,6 +47,18 @@ class PagePool {
 #endif
   }
 
+  /// Returns the whole huge pages between two addresses of one block to the system. They stay part of the block.
+  static void discard([[maybe_unused]] const void* begin, [[maybe_unused]] const void* end) noexcept {
+#ifdef __linux__
+    const auto first = (reinterpret_cast<std::uintptr_t>(begin) + kHugePage - 1) / kHugePage * kHugePage,
+               last = reinterpret_cast<std::uintptr_t>(end) / kHugePage * kHugePage;
+    if (first < last) madvise(reinterpret_cast<void*>(first), last - first, MADV_DONTNEED);
+#endif
+  }
+
+  /// Frees the blocks released first, until those kept occupy at most max_bytes.
+  static void shrink(std::size_t max_bytes) noexcept { free_list().shrink(max_bytes); }
+
   /// Keeps a block for reuse or frees it; `data` may be null.
   static void release(void* data) noexcept {
     if (data && !free_list().add(data)) free_aligned(begin_of(data));
@@ -111,26 +123,31 @@ class PagePool {
       if (size < kMinBytes || n_used > kMaxBytes) return false;
       const std::unique_lock lock(mutex_, std::try_to_lock);
       if (!lock) return false;
-      while (n_bytes_ + n_used > kMaxBytes || blocks_.size() == kMaxBlocks) {
-        n_bytes_ -= header_of(data_of(blocks_.front())).n_used;
-        free_aligned(blocks_.front());
-        blocks_.erase(blocks_.begin());
-      }
+      while (n_bytes_ + n_used > kMaxBytes || blocks_.size() == kMaxBlocks) free_oldest();
       blocks_.push_back(begin_of(data));
       n_bytes_ += n_used;
       return true;
     }
 
+    /// Frees the oldest blocks, until the others occupy at most max_bytes.
+    void shrink(std::size_t max_bytes) noexcept {
+      const std::unique_lock lock(mutex_, std::try_to_lock);
+      while (lock && n_bytes_ > max_bytes) free_oldest();
+    }
+
     /// Frees all blocks.
     void clear() noexcept {
       const std::unique_lock lock(mutex_, std::try_to_lock);
-      if (!lock) return;
-      for (std::byte* const block : blocks_) free_aligned(block);
-      blocks_.clear();
-      n_bytes_ = 0;
+      while (lock && !blocks_.empty()) free_oldest();
     }
 
    private:
+    void free_oldest() noexcept {
+      n_bytes_ -= header_of(data_of(blocks_.front())).n_used;
+      free_aligned(blocks_.front());
+      blocks_.erase(blocks_.begin());
+    }
+
     /// Bytes of the smallest block to keep; the most bytes and the most blocks kept.
     static constexpr std::size_t kMinBytes = std::size_t(1) << 16, kMaxBytes = std::size_t(1) << 28, kMaxBlocks = 256;
     std::mutex mutex_;

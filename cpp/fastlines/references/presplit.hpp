@@ -37,11 +37,10 @@ Buffer<BuildRef> whole_references(const P& prims, TaskGroup& tasks) {
 template <Primitives P>
 Buffer<BuildRef> first_references(const P& prims, const Presplit& presplit, TaskGroup& tasks, Progress& progress,
                                   std::size_t& n_refused) {
-  Buffer<BuildRef> whole = whole_references(prims, tasks);
+  Buffer<BuildRef> refs = whole_references(prims, tasks);
   if constexpr (Curves<P>) {
-    if (presplit.area == kInfinity) return whole;
+    if (presplit.area == kInfinity) return refs;
     const double bound = presplit.area * bounds_of_all(prims).area();
-    std::vector<BuildRef> refs(whole.begin(), whole.end());
 
     // Keep a heap of the boxes above the bound: the largest area first, then the lowest index.
     using Entry = std::pair<double, std::uint32_t>;  // area, index
@@ -71,13 +70,15 @@ Buffer<BuildRef> first_references(const P& prims, const Presplit& presplit, Task
       if (side_of(refs[i].box, axis, plane) != Side::both) continue;  // too thin for floats to divide
       BuildRef rest = refs[i];
       cut(prims, axis, plane, refs[i], rest);
-      refs.push_back(rest);
+      const std::size_t n = refs.size();
+      if (n == refs.capacity()) refs.grow(2 * n, n);
+      refs[n] = rest;
+      refs.set_size(n + 1);
       for (const std::size_t part : {i, refs.size() - 1})
         if (push_if_large(part)) std::push_heap(large.begin(), large.end(), comes_later);
     }
-    whole.assign(refs);
   }
-  return whole;
+  return refs;
 }
 
 }  // namespace fastlines

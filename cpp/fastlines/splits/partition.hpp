@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cassert>
-#include <vector>
 
 #include "candidate.hpp"
 
@@ -14,10 +13,11 @@ template <Primitives P>
 void partition(const P& prims, Refs refs, const Candidate& split, Buffer<BuildRef>& to_left,
                Buffer<BuildRef>& to_right) {
   if (split.kind == Candidate::Kind::objects) {
-    std::vector<BuildRef> sorted(refs.begin(), refs.end());
-    std::nth_element(sorted.begin(), sorted.begin() + std::ptrdiff_t(split.n_left), sorted.end(), ByCentre{split.axis});
-    to_left.assign(Refs(sorted).first(split.n_left));
-    to_right.assign(Refs(sorted).subspan(split.n_left));
+    if (to_left.begin() != refs.data()) to_left.assign(refs);
+    BuildRef* const all = to_left.data();
+    std::nth_element(all, all + split.n_left, all + refs.size(), ByCentre{split.axis});
+    to_right.assign(Refs(all, refs.size()).subspan(split.n_left));
+    to_left.set_size(split.n_left);
     return;
   }
   // Write each reference to both sides, and advance only its own side. The side is unpredictable, so not a branch.

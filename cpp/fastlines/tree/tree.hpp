@@ -44,16 +44,18 @@ inline void check_size(std::size_t n_nodes, std::size_t n_refs) {
     throw std::length_error("a tree holds at most 2^32 nodes and references; set max_refs to less");
 }
 
-/// Append a subtree to the nodes of `tree`. Only the indices within the subtree are adjusted.
-inline void append(Tree& tree, const Tree& other) {
+/// Append a subtree to the nodes of `tree`, and free it. Only the indices within the subtree are adjusted.
+inline void append(Tree& tree, Tree&& other) {
   const std::size_t n_nodes = tree.nodes.size(), n_refs = tree.refs.size();
   check_size(n_nodes + other.nodes.size(), n_refs + other.refs.size());
-  tree.nodes.insert(tree.nodes.end(), other.nodes.begin(), other.nodes.end());
+  reserve_more(tree.nodes, other.nodes.size());
+  append_moved(tree.nodes, std::move(other.nodes));
   for (Node& node : std::span(tree.nodes).subspan(n_nodes)) {
     if (!node.is_leaf()) node.right += std::uint32_t(n_nodes);
     node.first_ref += std::uint32_t(n_refs);
   }
-  tree.refs.insert(tree.refs.end(), other.refs.begin(), other.refs.end());
+  reserve_more(tree.refs, other.refs.size());
+  append_moved(tree.refs, std::move(other.refs));
 }
 
 }  // namespace fastlines

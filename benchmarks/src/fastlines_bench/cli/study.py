@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tempfile
 from pathlib import Path
 from typing import Annotated
 
@@ -15,6 +16,7 @@ from ..studies.banner import make_banner
 from ..studies.bounds import compare_with_bounds
 from ..studies.budgets import SPAGHETTI, print_budgets
 from ..studies.lookahead import print_lookahead
+from ..studies.memory import print_memory
 from ..studies.opening import print_opening
 from ..studies.options import TABLES, print_options
 from ..studies.retraced import AIMS, SCENES, print_retraced
@@ -26,7 +28,7 @@ study = typer.Typer(cls=Group, rich_markup_mode="rich")
 app.add_typer(
     study,
     name="study",
-    short_help="Studies of single questions: budgets, options, bounds, retraced, lookahead, opening.",
+    short_help="Studies of single questions: budgets, memory, options, bounds, retraced, lookahead, opening.",
 )
 
 
@@ -61,6 +63,24 @@ def budgets(
     [cyan]fastlines-bench study budgets spaghetti:100000 max_bytes=96000000,c_trav=0.5[/]  the tree of least cost
     """
     print_budgets(scene, budget or [])
+
+
+@study.command()
+def memory(
+    lines: Annotated[
+        list[str] | None,
+        typer.Argument(metavar="[LINES]…", help="Files, NAME:SEGMENTS of scenes, or streamlines:SEGMENTS."),
+    ] = None,
+    threads: Annotated[str, typer.Option(help="The numbers of threads, separated by commas.")] = "1,2",
+) -> None:
+    """Build trees in fresh processes; print the peaks of their memory as a line of JSON for each build.
+
+    [cyan]fastlines-bench study memory[/]  scenes and streamlines of up to 4,000,000 segments: some minutes
+
+    [cyan]fastlines-bench study memory tracts.trk.gz --threads 4[/]
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        print_memory(lines or [], [int(n) for n in _numbers("--threads", threads)], Path(folder))
 
 
 @study.command()
