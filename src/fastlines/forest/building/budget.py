@@ -18,7 +18,7 @@ LEAST = 16_384
 
 @dataclass(frozen=True)
 class BuildTuning:
-    """The bytes that a build takes, with room to spare; `fastlines-bench scale` measures them.
+    """The bytes that a build takes, with room to spare; `fastlines-bench scale --part memory` shows that they hold.
 
     A tile takes what `build_bytes` and `layout_bytes` say, and beside these so many bytes for each of its segments, and
     so many times the bytes of its row of columns. So does a chunk while it is read, or a part while it is sorted. Rows
