@@ -64,6 +64,9 @@ def test_commands_ask_a_forest(files):
     assert done("within", "hair.forest", "0,0.1,0", "-r", 0.2).startswith("hair.forest: 1 point, ")
     pairs = len(TREE.pairs(0.001))
     assert f"{pairs:,} pairs" in done("pairs", "hair.forest", "-r", 0.001)
+    both = len(TREE.pairs(0.001, TREE))
+    for first, other in (("hair.forest", "hair.npz"), ("hair.npz", "hair.forest"), ("hair.forest", "hair.forest")):
+        assert f"{both:,} pairs" in done("pairs", first, "--other", other, "-r", 0.001)
 
 
 def test_rays_and_hits_in_parquet(files):
