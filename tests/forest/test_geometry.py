@@ -182,3 +182,8 @@ def test_nothing(tmp_path: Path) -> None:
     assert forest.geometry.summary()["bounds"] is None
     assert forest.geometry.radius_of(np.zeros(0, int)).shape == (0,)
     assert forest.geometry.strands_of(np.zeros(0, int)).shape == (0,)
+
+
+def test_a_name_that_is_no_attribute_is_one_of_the_whole(forest: fl.Forest, lines: fl.Lines) -> None:
+    with pytest.raises(fl.InputError, match=f"'typo' is not an attribute of <ForestGeometry: {len(lines)} segments"):
+        forest.first_hit([0, 0, 0], [0, 0, 1], radius=1).sample("typo")

@@ -8,7 +8,7 @@ import os
 from pathlib import Path
 from typing import Any, TypeAlias, cast
 
-from ..arrays import FloatArray, choice, count, instance, is_on_device
+from ..arrays import FloatArray, byte_count, choice, count, instance, is_on_device
 from ..errors import FileFormatError, InputError
 from ..geometry.any_geometry import AnyGeometry
 from ..progress import ProgressCallback, ProgressOption, reporting
@@ -93,8 +93,8 @@ class Forest(RayQueries, ProximityQueries, PairQueries, BoxQueries):
     geometry: AnyGeometry
 
     def __init__(self, path: str | os.PathLike[str], *, memory: int | None = None, verify: bool | None = None) -> None:
-        if memory is not None and (isinstance(memory, bool) or not isinstance(memory, int) or memory < 0):
-            raise InputError(f"memory={memory!r}; expected a number of bytes")
+        if memory is not None:
+            memory = byte_count("memory", memory)
         if verify is not None:
             instance("verify", verify, bool, "True, False or None")
         self.path = Path(path)

@@ -222,6 +222,8 @@ class ForestGeometry(AnyGeometry):
 
     def sample(self, name: str, hits: HitPlaces) -> npt.NDArray[Any]:
         """See `AnyGeometry`."""
+        if name not in self.sample_names:
+            return super().sample(name, hits)  # says so
         none = self.sampled.sample(name, hits.some(slice(0, 0)))
         found = np.empty((len(hits.prim), *none.shape[1:]), none.dtype)
         self._filled(found, hits.prim, lambda of, rows, prim: of.sample(name, hits.some(rows)._replace(prim=prim)))
