@@ -34,7 +34,7 @@ def connected(scheduler: str, timeout: float = TIMEOUT) -> Iterator[Any]:
     WorkerError
         If this is no address, or no scheduler answers there.
     """
-    distributed = optional("distributed", "workers of Dask", "cluster")
+    distributed = optional("distributed", "a scheduler of Dask", "cluster")
     if scheduler == "local":
         n_workers = get_num_threads()
         options = {"n_workers": n_workers, "threads_per_worker": 1, "dashboard_address": ":0"}
