@@ -51,7 +51,8 @@ def build_forest(
     chunks joined: strands count on from chunk to chunk.
 
     If the call ends early, whatever the reason, the same call goes on where it ended, and the forest is the same, byte
-    for byte. If the folder holds the forest already, it is opened.
+    for byte. A whole forest of files or of a dask array is verified, repaired and opened. Whether one is of the chunks
+    of an iterator cannot be told, so the call is refused: open it by `Forest`.
 
     Parameters
     ----------
