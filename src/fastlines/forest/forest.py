@@ -1,4 +1,4 @@
-"""Forests: trees over the tiles of a scene that need not fit into memory, which are asked as one tree."""
+"""Forests: trees over the tiles of a scene that need not fit into memory, which are queried as one tree."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ class Forest(RayQueries, ProximityQueries, PairQueries, BoxQueries):
     """Trees over the tiles of a scene, in a folder that `build_forest` makes; or one tree file.
 
     It has the queries of a `Tree`, and its answers are those of one tree over the whole scene, bit for bit. Ids,
-    strands and attributes are those of the whole. A tile is mapped into memory when it is asked.
+    strands and attributes are those of the whole. A tile is mapped into memory by the first query that needs it.
 
     Parameters
     ----------
@@ -185,7 +185,7 @@ class Forest(RayQueries, ProximityQueries, PairQueries, BoxQueries):
         """Return this forest, with queries that other processes answer, which see the same files.
 
         The answers are the same. Rays and points are sorted by the tiles that they meet, and sent in chunks. Each
-        process keeps the tiles open that it has asked. Up to 256 rays or points are answered here.
+        process keeps the tiles open that it has opened. Up to 256 rays or points are answered here.
 
         Parameters
         ----------
