@@ -65,8 +65,9 @@ def build_forest(
     max_segments : int, optional
         The most segments of a tile; by default 2,000,000, or fewer if `memory` is less than these take.
     memory : int, optional
-        The most bytes that the process may take. Chunks of an iterator, and blocks of a dask array, come on top. With
-        `map`, it counts for each process that builds tiles.
+        The most bytes that the process may take. Chunks of an iterator, and blocks of a dask array, come on top, and so
+        do the row groups of Parquet and 100 MB for its library. With `map`, it counts for each process that builds
+        tiles.
     method, **settings
         Of the trees of the tiles, as `build` takes them.
     offset : "auto" or three numbers, optional
