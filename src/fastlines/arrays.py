@@ -50,6 +50,14 @@ def count(name: str, value: object, least: int, most: int | None = None) -> int:
     return given
 
 
+def byte_count(name: str, value: object) -> int:
+    """Check an amount of memory."""
+    try:
+        return count(name, value, 0)
+    except InputError:
+        raise InputError(f"{name}={value!r}; expected a whole number of bytes, such as 4_000_000_000") from None
+
+
 def number(name: str, value: object, expected: str, low: float, high: float = sys.float_info.max) -> float:
     """Check a number from `low` to `high`."""
     given = value.item() if isinstance(value, np.generic | np.ndarray) and value.ndim == 0 else value

@@ -36,7 +36,18 @@ def test_build_info_and_verify():
     assert done("forest", "verify", "hair.forest").startswith("hair.forest: whole: ")
     assert json.loads(done("forest", "verify", "hair.forest", "--json"))["valid"] is True
     # A second build finds all of it done.
-    assert "tiles" in done("forest", "build", "hair.npz", "-o", "hair.forest", "--max-segments", 300)
+    assert "was whole, verified in" in done("forest", "build", "hair.npz", "-o", "hair.forest", "--max-segments", 300)
+    next(Path("hair.forest").glob("*.flt")).unlink()
+    assert ", built in" in done("forest", "build", "hair.npz", "-o", "hair.forest", "--max-segments", 300)
+
+
+@pytest.mark.slow
+def test_tiles_built_by_workers():
+    pytest.importorskip("distributed")
+    built = ("forest", "build", "hair.npz", "--max-segments", 300)
+    assert "built in" in done(*built, "-o", "workers.forest", "--scheduler", "local")
+    for file in Path("hair.forest").iterdir():
+        assert (Path("workers.forest") / file.name).read_bytes() == file.read_bytes()
 
 
 def test_a_damaged_tile_is_named():
@@ -64,6 +75,9 @@ def test_commands_ask_a_forest(files):
     assert done("within", "hair.forest", "0,0.1,0", "-r", 0.2).startswith("hair.forest: 1 point, ")
     pairs = len(TREE.pairs(0.001))
     assert f"{pairs:,} pairs" in done("pairs", "hair.forest", "-r", 0.001)
+    both = len(TREE.pairs(0.001, TREE))
+    for first, other in (("hair.forest", "hair.npz"), ("hair.npz", "hair.forest"), ("hair.forest", "hair.forest")):
+        assert f"{both:,} pairs" in done("pairs", first, "--other", other, "-r", 0.001)
 
 
 def test_rays_and_hits_in_parquet(files):

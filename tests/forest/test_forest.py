@@ -132,13 +132,18 @@ def test_a_damaged_index(forest: fl.Forest) -> None:
         fl.Forest(forest.path)
 
 
+def test_no_such_forest(tmp_path: Path) -> None:
+    with pytest.raises(FileNotFoundError, match=r"no such folder or tree file; check the path .*: .*typo'"):
+        fl.Forest(tmp_path / "typo")
+
+
 def test_too_little_memory(forest: fl.Forest) -> None:
     with pytest.raises(
         fl.InputError, match=r"memory=1000 is less than the tile 0000\d.flt of .* takes; give \d+ bytes"
     ):
         fl.Forest(forest.path, memory=1000)
-    for wrong in (-1, 1.5, True, "1 GB"):
-        with pytest.raises(fl.InputError, match="expected a number of bytes"):
+    for wrong in (-1, 4e9, True, "1 GB"):
+        with pytest.raises(fl.InputError, match="expected a whole number of bytes"):
             fl.Forest(forest.path, memory=wrong)  # type: ignore[arg-type]
 
 

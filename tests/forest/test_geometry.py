@@ -12,9 +12,11 @@ import pytest
 from support.forests import strands, tiles_of
 
 import fastlines as fl
+import fastlines.forest.geometry as module
 from fastlines.forest.writing import write_forest
 from fastlines.geometry.hit_places import HitPlaces
 from fastlines.query.proximity.strand_places import strand_places
+from fastlines.rendering.looks import look_for
 
 N_POINTS = 330
 
@@ -182,3 +184,19 @@ def test_nothing(tmp_path: Path) -> None:
     assert forest.geometry.summary()["bounds"] is None
     assert forest.geometry.radius_of(np.zeros(0, int)).shape == (0,)
     assert forest.geometry.strands_of(np.zeros(0, int)).shape == (0,)
+
+
+def test_a_name_that_is_no_attribute_is_one_of_the_whole(forest: fl.Forest, lines: fl.Lines) -> None:
+    with pytest.raises(fl.InputError, match=f"'typo' is not an attribute of <ForestGeometry: {len(lines)} segments"):
+        forest.first_hit([0, 0, 0], [0, 0, 1], radius=1).sample("typo")
+
+
+def test_hair_is_drawn_as_hair(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    hair = fl.scenes.make("straight-hair", 20_000).lines
+    geometry = write_forest(hair, tmp_path / "hair", tiles_of(hair, 3)).geometry
+    same(geometry.strand_sizes(), hair.strand_sizes())
+    same(geometry.turns(), hair.turns()[: len(geometry.turns())])
+    assert look_for(geometry) == look_for(hair) == "hair"
+    # A strand that may go on is not counted.
+    monkeypatch.setattr(module, "COUNTED", 7)
+    assert geometry.strand_sizes().tolist() == hair[:7].strand_sizes()[:-1].tolist()

@@ -49,7 +49,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
 #: The groups of commands, what each is about, and its commands as in `COMMANDS`.
 GROUPS: dict[str, tuple[str, dict[str, tuple[str, str]]]] = {
     "forest": (
-        "Build and ask forests: trees over lines that do not fit into memory.",
+        "Build and query forests: trees over lines that do not fit into memory.",
         {
             "build": ("forest", "Build a forest in a folder; a second call goes on where the first has ended."),
             "info": ("forest", "Describe a forest and its tiles."),

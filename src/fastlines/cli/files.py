@@ -146,9 +146,9 @@ def placed(source: Source, memory: str | None, scheduler: str | None) -> Iterato
 
 def open_beside(first: Source, text: str, skip_invalid: bool, own_radius: bool) -> Source:
     """Read another input; a file of lines gets the offset of the first."""
-    is_file = not text.startswith(SCENE) and Path(text).suffix.lower() != TREE
+    is_file = not text.startswith(SCENE) and Path(text).suffix.lower() != TREE and not is_forest(text)
     offset = f"{OFFSET}={','.join(map(repr, first.geometry.offset))}"
-    return open_input(text, skip_invalid, options=[offset] if is_file else None, own_radius=own_radius)
+    return open_input(text, skip_invalid, options=[offset] if is_file else None, own_radius=own_radius, forests=True)
 
 
 def _open(text: str, skip_invalid: bool, format: str | None, options: Sequence[str] | None) -> Source:

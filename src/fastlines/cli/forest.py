@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import time
 from collections.abc import Iterator
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -13,6 +14,8 @@ from typer import Option
 
 import fastlines as fl
 
+from ..forest.manifest import FILE
+from ..forest.mapping.connect import connected
 from ..geometry.offsets import OFFSET
 from ..io import format_of
 from ..support.texts import bytes_text, counted
@@ -39,6 +42,13 @@ def build(
     skip_invalid: Skip = False,
     format: FormatName = None,
     option: FormatOptions = None,
+    scheduler: Annotated[
+        str | None,
+        Option(
+            metavar="ADDRESS",
+            help="Build the tiles on the workers of this Dask scheduler, or of one on this machine: local.",
+        ),
+    ] = None,
     as_json: Json = False,
 ) -> None:
     """Build a forest: a folder with a tree for each tile of the scene.
@@ -61,22 +71,25 @@ def build(
     given: Any = sources
     if format is not None or texts:
         given = _chunks(sources, format, texts, offset=offset, invalid=invalid)
-    start = time.perf_counter()
-    forest = fl.build_forest(
-        given,
-        output,
-        max_segments=max_segments,
-        memory=None if memory is None else n_bytes(memory, "--memory"),
-        method=method,
-        offset=offset,
-        invalid=invalid,
-        progress=show_progress(),
-    )
+    start, before = time.perf_counter(), _version_of(output)
+    with nullcontext() if scheduler is None else connected(scheduler) as client:
+        forest = fl.build_forest(
+            given,
+            output,
+            max_segments=max_segments,
+            memory=None if memory is None else n_bytes(memory, "--memory"),
+            method=method,
+            offset=offset,
+            invalid=invalid,
+            map=client,
+            progress=show_progress(),
+        )
     seconds = time.perf_counter() - start
     if as_json:
         typer.echo(json.dumps({"inputs": sources, "output": output, "seconds": seconds, **forest.stats()}, indent=2))
         return
-    typer.echo(f"{output}: {_described(forest)}, built in {seconds:.2f} s")
+    done = "was whole, verified" if before == _version_of(output) else "built"
+    typer.echo(f"{output}: {_described(forest)}, {done} in {seconds:.2f} s")
 
 
 def info(folder: Folder, as_json: Json = False) -> None:
@@ -122,6 +135,12 @@ def _chunks(sources: list[str], format: str | None, texts: list[str] | None, **h
     for source in sources:
         known = format_of(Path(source), format).options()
         yield from fl.read_chunks(source, format=format, **how, **format_options(texts, known))
+
+
+def _version_of(folder: str) -> int | None:
+    """Return when the manifest of a forest was written; None if there is none."""
+    path = Path(folder) / FILE
+    return path.stat().st_mtime_ns if path.exists() else None
 
 
 def _described(forest: fl.Forest) -> str:

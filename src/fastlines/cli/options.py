@@ -95,7 +95,7 @@ Scheduler = Annotated[
     str | None,
     Option(
         metavar="ADDRESS",
-        help="Ask a forest on the workers of this Dask scheduler, or of one on this machine: local.",
+        help="Query a forest on the workers of this Dask scheduler, or of one on this machine: local.",
     ),
 ]
 Json = Annotated[bool, Option("--json", help="Print JSON.")]

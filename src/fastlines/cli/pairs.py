@@ -12,7 +12,7 @@ from typer import Option
 
 from ..support.texts import counted
 from .options import (
-    INPUT_HELP,
+    ASKED_HELP,
     AskedInput,
     Distance,
     FormatName,
@@ -34,7 +34,7 @@ def pairs(
     radius: Distance,
     other: Annotated[
         str | None,
-        Option(metavar="INPUT2", help=f"Pair the lines of INPUT with those of this input. {INPUT_HELP}"),
+        Option(metavar="INPUT2", help=f"Pair the lines of INPUT with those of this input. {ASKED_HELP}"),
     ] = None,
     skip_neighbours: Annotated[
         int | None,

@@ -1,4 +1,4 @@
-"""Forests: trees over the tiles of a scene that need not fit into memory, which are asked as one tree."""
+"""Forests: trees over the tiles of a scene that need not fit into memory, which are queried as one tree."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import os
 from pathlib import Path
 from typing import Any, TypeAlias, cast
 
-from ..arrays import FloatArray, choice, count, instance, is_on_device
+from ..arrays import FloatArray, byte_count, choice, count, instance, is_on_device
 from ..errors import FileFormatError, InputError
 from ..geometry.any_geometry import AnyGeometry
 from ..progress import ProgressCallback, ProgressOption, reporting
@@ -52,7 +52,7 @@ class Forest(RayQueries, ProximityQueries, PairQueries, BoxQueries):
     """Trees over the tiles of a scene, in a folder that `build_forest` makes; or one tree file.
 
     It has the queries of a `Tree`, and its answers are those of one tree over the whole scene, bit for bit. Ids,
-    strands and attributes are those of the whole. A tile is mapped into memory when it is asked.
+    strands and attributes are those of the whole. A tile is mapped into memory by the first query that needs it.
 
     Parameters
     ----------
@@ -93,8 +93,8 @@ class Forest(RayQueries, ProximityQueries, PairQueries, BoxQueries):
     geometry: AnyGeometry
 
     def __init__(self, path: str | os.PathLike[str], *, memory: int | None = None, verify: bool | None = None) -> None:
-        if memory is not None and (isinstance(memory, bool) or not isinstance(memory, int) or memory < 0):
-            raise InputError(f"memory={memory!r}; expected a number of bytes")
+        if memory is not None:
+            memory = byte_count("memory", memory)
         if verify is not None:
             instance("verify", verify, bool, "True, False or None")
         self.path = Path(path)
@@ -185,7 +185,7 @@ class Forest(RayQueries, ProximityQueries, PairQueries, BoxQueries):
         """Return this forest, with queries that other processes answer, which see the same files.
 
         The answers are the same. Rays and points are sorted by the tiles that they meet, and sent in chunks. Each
-        process keeps the tiles open that it has asked. Up to 256 rays or points are answered here.
+        process keeps the tiles open that it has opened. Up to 256 rays or points are answered here.
 
         Parameters
         ----------

@@ -14,6 +14,7 @@ from ..arrays import AnyArray, FloatArray, IntArray
 from ..errors import InputError
 from ..geometry.any_geometry import AnyGeometry, CoreData
 from ..geometry.hit_places import Float64Array, HitPlaces
+from ..geometry.lines import Lines
 from ..geometry.offsets import OFFSET
 from ..geometry.smooth_tangents import smooth_tangents
 from ..support.computed_once import computed_once
@@ -25,6 +26,9 @@ from .tile_store import Tile, TileStore
 
 #: What a tile is asked: with rows of the question, and the numbers of their primitives in the tile.
 Ask = Callable[[AnyGeometry, IntArray, IntArray], Any]
+
+#: Of how many of the first primitives strands are counted, and their turns are found, to choose a look.
+COUNTED, TURNS = 1 << 20, 1 << 12
 
 
 class ForestGeometry(AnyGeometry):
@@ -222,6 +226,8 @@ class ForestGeometry(AnyGeometry):
 
     def sample(self, name: str, hits: HitPlaces) -> npt.NDArray[Any]:
         """See `AnyGeometry`."""
+        if name not in self.sample_names:
+            return super().sample(name, hits)  # says so
         none = self.sampled.sample(name, hits.some(slice(0, 0)))
         found = np.empty((len(hits.prim), *none.shape[1:]), none.dtype)
         self._filled(found, hits.prim, lambda of, rows, prim: of.sample(name, hits.some(rows)._replace(prim=prim)))
@@ -324,6 +330,20 @@ class ForestGeometry(AnyGeometry):
         }
 
     # --- Pictures ---
+
+    def strand_sizes(self) -> IntArray:
+        """Return those of the strands that end within the first million primitives."""
+        strands = self.strands_of(np.arange(min(len(self), COUNTED)))
+        if len(strands) < len(self):
+            strands = strands[strands != strands[-1]]
+        return np.unique(strands[strands >= 0], return_counts=True)[1]
+
+    def turns(self) -> FloatArray | None:
+        """Return those of the first few thousand segments."""
+        if self.sampled.turns() is None:
+            return None
+        rows = np.arange(min(len(self), TURNS))
+        return Lines(self.ends_of(rows), self.strands_of(rows)).turns()
 
     def drawn(self, rows: IntArray) -> Sequence[AnyGeometry]:
         """Return some of the sample."""

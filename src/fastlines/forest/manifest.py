@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import hashlib
 import json
 import math
@@ -192,7 +193,8 @@ class Manifest(Immutable):
                 raise FileFormatError(
                     f"{folder} is not a forest: it has no {FILE}; fl.build_forest makes one"
                 ) from None
-            raise
+            why = f"no such folder or tree file; check the path (the working directory is {Path.cwd()})"
+            raise FileNotFoundError(errno.ENOENT, why, str(folder)) from None
         try:
             given = json.loads(text)
             form, version = given.pop("format"), given.get("version")

@@ -152,7 +152,9 @@ def check_path(path: Path) -> None:
     if stat.S_ISDIR(mode):
         if table.of_folder(path):
             return
-        raise IsADirectoryError(errno.EISDIR, "is a directory; expected a file of lines", str(path))
+        raise IsADirectoryError(
+            errno.EISDIR, "is a directory; expected a file of lines, or a folder of Parquet files", str(path)
+        )
     if not stat.S_ISREG(mode):
         raise InputError(f"{path}: is a device or a pipe; expected a regular file")
 

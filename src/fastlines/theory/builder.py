@@ -70,8 +70,9 @@ def build(
     ----------
     prims : sequence of Primitive
         The set P.
-    splits : function of (prims, box)
-        SPLITS, which yields ((left prims, left box), (right prims, right box)) for each candidate.
+    splits : callable
+        SPLITS, called as ``splits(prims, box)``; yields ((left prims, left box), (right prims, right box)) for each
+        candidate.
     lookahead, c_trav, c_prim, max_depth, leaf_refs, leaf_size, bad_levels, pruned
         As in `fastlines.Settings`, its `Cost` and its `Limits`; `pruned` is ``prune`` there.
     """

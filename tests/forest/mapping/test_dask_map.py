@@ -217,10 +217,20 @@ def test_a_scheduler_that_is_gone_in_the_middle(tmp_path, monkeypatch, how):
 def test_a_client_by_its_address(cluster, tmp_path):
     with connected(cluster.scheduler_address) as client:
         assert values(client, squares(3)) == [0, 1, 4]
-    (tmp_path / "empty.json").write_text("{}")
-    for address in ("tcp://127.0.0.1:9", "127.0.0.1:9", "nothing://here"):
-        with pytest.raises(WorkerError, match=f"no scheduler answers at {address} .*; start one with  dask scheduler"):
+    for address in ("tcp://127.0.0.1:9", "127.0.0.1:9", "nothing://here:9"):
+        with pytest.raises(WorkerError, match=f"no scheduler answers at {address} .*; start one with dask scheduler"):
             connected(address, 0.5).__enter__()
+
+
+def test_what_is_no_address(tmp_path):
+    for address in ("lokal", "10.0.0.1", "tcp://10.0.0.1", ""):
+        with pytest.raises(WorkerError, match=f"scheduler={address!r} is not an address; expected one such as tcp://"):
+            connected(address).__enter__()
+    with pytest.raises(WorkerError, match=r"none\.json: no such file; dask scheduler --scheduler-file"):
+        connected(str(tmp_path / "none.json")).__enter__()
+    (tmp_path / "empty.json").write_text("{}")
+    with pytest.raises(WorkerError, match=r"empty\.json: holds no address of a scheduler"):
+        connected(str(tmp_path / "empty.json")).__enter__()
 
 
 @pytest.mark.slow

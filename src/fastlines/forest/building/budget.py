@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ...arrays import count
+from ...arrays import byte_count, count
 from ...errors import InputError
 from ...settings.build_memory import build_bytes, expected_refs, layout_bytes
 from ...settings.settings import Settings
@@ -58,7 +58,7 @@ class Budget:
         if self.max_segments is not None:
             count("max_segments", self.max_segments, 1)
         if self.memory is not None:
-            count("memory", self.memory, 0)
+            byte_count("memory", self.memory)
             self.most_of(0)
 
     @property

@@ -51,7 +51,8 @@ def build_forest(
     chunks joined: strands count on from chunk to chunk.
 
     If the call ends early, whatever the reason, the same call goes on where it ended, and the forest is the same, byte
-    for byte. If the folder holds the forest already, it is opened.
+    for byte. A whole forest of files or of a dask array is verified, repaired and opened. Whether one is of the chunks
+    of an iterator cannot be told, so the call is refused: open it by `Forest`.
 
     Parameters
     ----------
@@ -64,8 +65,9 @@ def build_forest(
     max_segments : int, optional
         The most segments of a tile; by default 2,000,000, or fewer if `memory` is less than these take.
     memory : int, optional
-        The most bytes that the process may take. Chunks of an iterator, and blocks of a dask array, come on top. With
-        `map`, it counts for each process that builds tiles.
+        The most bytes that the process may take. Chunks of an iterator, and blocks of a dask array, come on top, and so
+        do the row groups of Parquet and 100 MB for its library. With `map`, it counts for each process that builds
+        tiles.
     method, **settings
         Of the trees of the tiles, as `build` takes them.
     offset : "auto" or three numbers, optional

@@ -49,7 +49,7 @@ class DaskHits:
 
     def _computed(self, **options: Any) -> dict[str, Any]:
         """Compute all columns in one go."""
-        dask = optional("dask", "hits in arrays of Dask", "cluster")
+        dask = optional("dask", "a query with arrays of Dask", "cluster")
         known = {of.name: getattr(self, of.name) for of in fields(self)}
         lazy = {name: values for name, values in known.items() if hasattr(values, "dask") and name != "strand"}
         return dict(zip(lazy, dask.compute(*lazy.values(), **options), strict=True))

@@ -184,7 +184,7 @@ class DaskRays:
 
 
 def _dask(module: str) -> Any:
-    return optional(module, "rays in arrays of Dask", "cluster")
+    return optional(module, "a query with arrays of Dask", "cluster")
 
 
 def _at(surface: bool) -> str:

@@ -94,7 +94,7 @@ def query_parquet(
     2
     [{'ray': 0, 't': 5.0, 'prim': 0}, {'ray': 1, 't': None, 'prim': None}]
     """
-    parquet = optional("pyarrow.parquet", "rays in Parquet", "arrow")
+    parquet = optional("pyarrow.parquet", "reading rays in .parquet", "arrow")
     choice("query", query, QUERIES)
     rays_at_once = count("rays_at_once", rays_at_once, 1)
     chosen = {"at": at, "k": k, "rank": rank, "merge": merge, "kernel": kernel}
