@@ -215,7 +215,8 @@ def _part(
     """Return some of these rays, as a batch of the arrays in the order of the core."""
     spread = NO_SPREAD if rays.spread is NO_SPREAD else spread
     none = np.zeros(0, np.int64)
-    return RayBatch((len(origins),), origins, directions, radius, t_min, t_max, spread, none, limit=limit)
+    arrays = origins, directions, radius, t_min, t_max, spread
+    return RayBatch((len(origins),), *arrays, none, limit=limit, has_spread=rays.has_spread)
 
 
 def _renumbered(columns: HitColumns, ids: IntArray | None) -> HitColumns:
