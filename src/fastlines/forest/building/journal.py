@@ -14,7 +14,7 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TextIO
 
 from ...errors import InputError
 from ...support.atomic_write import atomic_write
@@ -32,6 +32,20 @@ FILE = "build.json"
 
 #: Errors of a disk that is full.
 FULL = (errno.ENOSPC, errno.EDQUOT)
+
+#: The files whose locks this process holds.
+_locks: set[TextIO] = set()
+
+
+def _close_locks() -> None:
+    """Close the locks that a fork has copied: else workers of a pool would hold them after the build was killed."""
+    for file in _locks:
+        file.close()
+    _locks.clear()
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_close_locks)
 
 
 @dataclass(frozen=True)
@@ -146,7 +160,11 @@ class Journal:
                     ) from None
                 except OSError:  # files cannot be locked here
                     pass
-            yield
+            _locks.add(file)
+            try:
+                yield
+            finally:
+                _locks.discard(file)
 
     @contextmanager
     def explaining(self) -> Iterator[None]:
