@@ -99,6 +99,7 @@ class Forest(RayQueries, ProximityQueries, PairQueries, BoxQueries):
             instance("verify", verify, bool, "True, False or None")
         self.path = Path(path)
         self._mapping: Mapping | None = None
+        self._less_offset = False
         self._is_file = self.path.is_file()
         if self._is_file:
             self._store = TileStore(self.path.parent, manifest_of_tree(self.path, verify), memory, verify)
@@ -110,7 +111,7 @@ class Forest(RayQueries, ProximityQueries, PairQueries, BoxQueries):
         self.geometry = ForestGeometry(self._store, index)
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return _opened, (os.fspath(self.path), self._store.memory, self._store.verify)
+        return _opened, (os.fspath(self.path), self._store.memory, self._store.verify, self._less_offset)
 
     def __repr__(self) -> str:
         return (
@@ -146,7 +147,13 @@ class Forest(RayQueries, ProximityQueries, PairQueries, BoxQueries):
     def without_offset(self) -> Forest:
         """Return the forest of the same lines without their offset: rays and points are then less it."""
         made = copy.copy(self)
-        made.geometry = self.geometry.without_offset()
+        made.geometry, made._less_offset = self.geometry.without_offset(), True
+        return made
+
+    def _here(self) -> Forest:
+        """Return this forest, with queries that this process answers."""
+        made = copy.copy(self)
+        made._mapping = None
         return made
 
     @property
@@ -368,5 +375,6 @@ class Forest(RayQueries, ProximityQueries, PairQueries, BoxQueries):
 AnyTree: TypeAlias = Tree | Forest
 
 
-def _opened(path: str, memory: int | None, verify: bool | None) -> Forest:
-    return Forest(path, memory=memory, verify=verify)
+def _opened(path: str, memory: int | None, verify: bool | None, less_offset: bool) -> Forest:
+    forest = Forest(path, memory=memory, verify=verify)
+    return forest.without_offset() if less_offset else forest
