@@ -334,7 +334,7 @@ class Forest(RayQueries, ProximityQueries, PairQueries, BoxQueries):
         tile : int
             Tiles count from 0.
         method, **settings
-            As `build` takes them, but for `own_radius`.
+            As `build` takes them, but for `own_radius` and `frame`.
 
         Examples
         --------
@@ -347,8 +347,11 @@ class Forest(RayQueries, ProximityQueries, PairQueries, BoxQueries):
         """
         if self._is_file:
             raise InputError(f"{self.path} is the file of one tree; build the tree again with fl.build, and save it")
-        if "own_radius" in settings:
-            raise InputError("own_radius is the same in all tiles of a forest; leave it out, or build the forest again")
+        for name in ("own_radius", "frame"):
+            if name in settings:
+                raise InputError(
+                    f"{name} is the same in all tiles of a forest; leave it out, or build the forest again"
+                )
         number = count("tile", tile, 0, self.n_tiles - 1)
         if Manifest.read(self.path).digest != self.manifest.digest:
             raise InputError(f"{self.path} has changed since this forest was opened; open it again")

@@ -217,10 +217,11 @@ def test_a_scheduler_that_is_gone_in_the_middle(tmp_path, monkeypatch, how):
 def test_a_client_by_its_address(cluster, tmp_path):
     with connected(cluster.scheduler_address) as client:
         assert values(client, squares(3)) == [0, 1, 4]
-    (tmp_path / "empty.json").write_text("{}")
     for address in ("tcp://127.0.0.1:9", "127.0.0.1:9", "nothing://here"):
         with pytest.raises(WorkerError, match=f"no scheduler answers at {address} .*; start one with  dask scheduler"):
             connected(address, 0.5).__enter__()
+    with pytest.raises(WorkerError, match=r"there is no file .*nowhere.json; start a scheduler that writes it"):
+        connected(str(tmp_path / "nowhere.json")).__enter__()
 
 
 @pytest.mark.slow

@@ -182,3 +182,14 @@ def test_a_spread_of_some_rays_counts_for_the_kernel_of_all(tmp_path):
         assert_same(getattr(forest, query)(origins, directions, 0.2, spread=spread), expected)
     counts = tree.count_hits(origins[:600], directions[:600], 0.2)
     assert (counts != tree.count_hits(origins, directions, 0.2, spread=spread)[:600]).any()
+
+
+@pytest.mark.parametrize("segments", [np.zeros((0, 2, 3)), scene().segments])
+def test_rays_that_meet_no_tile(tmp_path, segments):
+    forest = fl.build_forest(segments, tmp_path / "forest", max_segments=100)
+    origins, directions = rays(500)
+    origins[:, 2], directions[:, 2] = 50, 1
+    found = on(forest, map)
+    assert not found.first_hit(origins, directions, 0.01).hit.any()
+    assert found.all_hits(origins, directions, 0.01).offsets[-1] == 0
+    assert not found.any_hit(origins, directions, 0.01).any()

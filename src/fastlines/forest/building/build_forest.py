@@ -67,7 +67,7 @@ def build_forest(
         The most bytes that the process may take. Chunks of an iterator, and blocks of a dask array, come on top. With
         `map`, it counts for each process that builds tiles.
     method, **settings
-        Of the trees of the tiles, as `build` takes them.
+        Of the trees of the tiles, as `build` takes them, but for `frame`: it is the box of all lines.
     offset : "auto" or three numbers, optional
         Subtracted from x, y and z in float64, as in `read`; one for all chunks. "auto" is that of the first file or
         chunk.
@@ -107,6 +107,8 @@ def build_forest(
     25
     """
     choice("invalid", invalid, INVALID)
+    if "frame" in settings:
+        raise InputError("the frame of a forest is the box of all its lines; leave frame= out")
     wanted = check_offset(offset)
     mapping = None if map is None else mapping_of(map, None, "map")
     # A tree of one segment shows what is wrong with the settings.

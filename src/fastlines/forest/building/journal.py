@@ -19,16 +19,13 @@ from typing import Any, TextIO
 from ...errors import InputError
 from ...support.atomic_write import atomic_write
 from ...support.texts import counted
-from ..manifest import BUILDING
+from ..manifest import BUILD, BUILDING
 from ..manifest import FILE as MANIFEST
 
 try:
     import fcntl
 except ImportError:  # without these locks two builds at a time are not noticed
     fcntl = None  # type: ignore[assignment]
-
-#: The file that says what a forest was built of.
-FILE = "build.json"
 
 #: Errors of a disk that is full.
 FULL = (errno.ENOSPC, errno.EDQUOT)
@@ -114,8 +111,8 @@ class Journal:
         if self.folder.exists() and not self.folder.is_dir():
             raise InputError(f"{self.folder} is a file; expected a new folder for a forest")
         self.folder.mkdir(exist_ok=True)
-        path, wanted = self.folder / FILE, json.loads(json.dumps(plan))
-        others = sorted(name for name in os.listdir(self.folder) if not name.startswith((FILE, BUILDING)))
+        path, wanted = self.folder / BUILD, json.loads(json.dumps(plan))
+        others = sorted(name for name in os.listdir(self.folder) if not name.startswith((BUILD, BUILDING)))
         if path.exists() and (others or self.chunk(0).exists() or self.spilled.exists()):
             self._compare(path, wanted)
         else:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
@@ -29,7 +30,7 @@ def connected(scheduler: str, timeout: float = TIMEOUT) -> Iterator[Any]:
     Raises
     ------
     WorkerError
-        If no scheduler answers there.
+        If no scheduler answers there, or there is no such file.
     """
     distributed = optional("distributed", "workers of Dask", "cluster")
     if scheduler == "local":
@@ -38,7 +39,13 @@ def connected(scheduler: str, timeout: float = TIMEOUT) -> Iterator[Any]:
         with distributed.LocalCluster(**options) as cluster, distributed.Client(cluster, set_as_default=False) as made:
             yield made
         return
-    where = {"scheduler_file": scheduler} if scheduler.endswith(".json") else {"address": scheduler}
+    is_file = scheduler.endswith(".json")
+    if is_file and not os.path.isfile(scheduler):  # a client would wait for it without end
+        raise WorkerError(
+            f"there is no file {scheduler}; start a scheduler that writes it, with  dask scheduler --scheduler-file "
+            f"{scheduler}"
+        )
+    where = {"scheduler_file": scheduler} if is_file else {"address": scheduler}
     try:
         made = distributed.Client(**where, timeout=timeout, set_as_default=False)
     except (OSError, ValueError, TimeoutError) as error:
