@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from .. import _core
 from ..arrays import FloatArray, IntArray
-from ..progress import ProgressCallback
+from ..progress import ProgressCallback, staged
 from ..query.backend import Backend, HitColumns, HitLists
 from ..query.rays import NO_LIMIT, NO_SPREAD, RayBatch
 from ..threads import get_num_threads
@@ -178,10 +178,7 @@ class BlockProgress:
         return self._part(0.9, 0.1)
 
     def _part(self, begin: float, share: float) -> ProgressCallback | None:
-        callback = self.callback
-        if callback is None:
-            return None
-        return lambda done: callback(self.begin + self.share * (begin + share * done))
+        return staged(self.callback, self.begin + self.share * begin, self.begin + self.share * (begin + share))
 
 
 def _blocks(

@@ -293,7 +293,7 @@ def test_two_builds_at_a_time(tmp_path: Path) -> None:
 def test_a_fork_does_not_hold_the_lock(tmp_path: Path) -> None:
     """Workers of a pool may live on after the build is killed."""
     journal = Journal(tmp_path)
-    journal.begin({})
+    journal.check({})
     with journal.locked():
         worker = os.fork()
         if not worker:
@@ -308,3 +308,18 @@ def test_a_fork_does_not_hold_the_lock(tmp_path: Path) -> None:
     finally:
         os.kill(worker, signal.SIGKILL)
         os.waitpid(worker, 0)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="flock")
+def test_a_build_that_must_wait_leaves_no_settings(tmp_path: Path) -> None:
+    """The folder still says what the build that has begun first is of."""
+
+    def slowly() -> Iterator[fl.Lines]:
+        with pytest.raises(fl.InputError, match="another process builds"):
+            fl.build_forest(chunks(), tmp_path / "forest", max_segments=90)
+        raise OSError("stopped")
+        yield
+
+    with pytest.raises(OSError, match="stopped"):
+        fl.build_forest(slowly(), tmp_path / "forest", max_segments=130)
+    assert '"max_segments": 130' in (tmp_path / "forest" / "build.json").read_text()

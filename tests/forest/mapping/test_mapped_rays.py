@@ -193,3 +193,4 @@ def test_rays_that_meet_no_tile(tmp_path, segments):
     assert not found.first_hit(origins, directions, 0.01).hit.any()
     assert found.all_hits(origins, directions, 0.01).offsets[-1] == 0
     assert not found.any_hit(origins, directions, 0.01).any()
+    assert not found.count_within(origins, 0.01).any()

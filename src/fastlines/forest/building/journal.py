@@ -92,7 +92,13 @@ class Journal:
         return (self.folder / MANIFEST).exists()
 
     def begin(self, plan: Mapping[str, Any]) -> None:
-        """Begin a build, or go on with the one that this folder holds.
+        """Begin a build, or go on with the one that this folder holds, which is locked and was checked."""
+        if not self.check(plan):
+            with atomic_write(self.folder / BUILD) as partial:
+                partial.write_text(json.dumps(plan, indent=2) + "\n", encoding="utf-8")
+
+    def check(self, plan: Mapping[str, Any]) -> bool:
+        """Make the folder, or check the one that is there; return whether it holds this build, which has begun.
 
         Parameters
         ----------
@@ -115,17 +121,18 @@ class Journal:
         others = sorted(name for name in os.listdir(self.folder) if not name.startswith((BUILD, BUILDING)))
         if path.exists() and (others or self.chunk(0).exists() or self.spilled.exists()):
             self._compare(path, wanted)
+            is_begun = True
+        elif others:
+            what = "a forest that fl.build_forest did not build" if MANIFEST in others else "other files"
+            more = f" and {len(others) - 3} more" if len(others) > 3 else ""
+            raise InputError(
+                f"{self.folder} holds {what}: {', '.join(others[:3])}{more}; name a new or an empty folder"
+            )
         else:
-            if others:
-                what = "a forest that fl.build_forest did not build" if MANIFEST in others else "other files"
-                more = f" and {len(others) - 3} more" if len(others) > 3 else ""
-                raise InputError(
-                    f"{self.folder} holds {what}: {', '.join(others[:3])}{more}; name a new or an empty folder"
-                )
-            with atomic_write(path) as partial:
-                partial.write_text(json.dumps(wanted, indent=2) + "\n", encoding="utf-8")
+            is_begun = False
         for name in ("chunks", "parts", "built"):
             (self._stages / name).mkdir(parents=True, exist_ok=True)
+        return is_begun
 
     def _compare(self, path: Path, wanted: dict[str, Any]) -> None:
         """Refuse to go on with another build."""
