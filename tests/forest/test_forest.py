@@ -70,8 +70,12 @@ def test_a_tile_built_again(forest: fl.Forest, lines: fl.Lines) -> None:
     again.verify()
     with pytest.raises(fl.InputError, match="has changed since this forest was opened; open it again"):
         forest.rebuild(0)
-    with pytest.raises(fl.FileFormatError, match=r"00001.flt is not the tile 1 of this forest: it is missing"):
+    with pytest.raises(
+        fl.FileFormatError, match=r"00001.flt .*: it has been built again since .*; open the forest again"
+    ):
         other._store.open(1)
+    with pytest.raises(fl.InputError, match="frame is the same in all tiles of a forest; leave it out"):
+        again.rebuild(0, frame=[[-9, -9, -9], [9, 9, 9]])
     assert again.rebuild(1).manifest.tiles[1].file == "00001.2.flt"
 
 

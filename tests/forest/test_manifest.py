@@ -58,7 +58,11 @@ def test_a_folder_without_a_manifest(tmp_path: Path) -> None:
     (tmp_path / manifest.BUILDING).mkdir()
     with pytest.raises(fl.FileFormatError, match=r"half built.*call fl.build_forest with the same source again"):
         Manifest.read(tmp_path)
-    with pytest.raises(FileNotFoundError):
+    (tmp_path / manifest.BUILDING).rmdir()
+    (tmp_path / manifest.BUILD).write_text("{}")
+    with pytest.raises(fl.FileFormatError, match=r"half built.*call fl.build_forest with the same source again"):
+        Manifest.read(tmp_path)
+    with pytest.raises(FileNotFoundError, match=r"no such file or folder; check the path"):
         Manifest.read(tmp_path / "nowhere")
 
 

@@ -99,6 +99,7 @@ class Forest(RayQueries, ProximityQueries, PairQueries, BoxQueries):
             instance("verify", verify, bool, "True, False or None")
         self.path = Path(path)
         self._mapping: Mapping | None = None
+        self._less_offset = False
         self._is_file = self.path.is_file()
         if self._is_file:
             self._store = TileStore(self.path.parent, manifest_of_tree(self.path, verify), memory, verify)
@@ -110,7 +111,7 @@ class Forest(RayQueries, ProximityQueries, PairQueries, BoxQueries):
         self.geometry = ForestGeometry(self._store, index)
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return _opened, (os.fspath(self.path), self._store.memory, self._store.verify)
+        return _opened, (os.fspath(self.path), self._store.memory, self._store.verify, self._less_offset)
 
     def __repr__(self) -> str:
         return (
@@ -146,7 +147,13 @@ class Forest(RayQueries, ProximityQueries, PairQueries, BoxQueries):
     def without_offset(self) -> Forest:
         """Return the forest of the same lines without their offset: rays and points are then less it."""
         made = copy.copy(self)
-        made.geometry = self.geometry.without_offset()
+        made.geometry, made._less_offset = self.geometry.without_offset(), True
+        return made
+
+    def _here(self) -> Forest:
+        """Return this forest, with queries that this process answers."""
+        made = copy.copy(self)
+        made._mapping = None
         return made
 
     @property
@@ -327,7 +334,7 @@ class Forest(RayQueries, ProximityQueries, PairQueries, BoxQueries):
         tile : int
             Tiles count from 0.
         method, **settings
-            As `build` takes them, but for `own_radius`.
+            As `build` takes them, but for `own_radius` and `frame`.
 
         Examples
         --------
@@ -340,8 +347,11 @@ class Forest(RayQueries, ProximityQueries, PairQueries, BoxQueries):
         """
         if self._is_file:
             raise InputError(f"{self.path} is the file of one tree; build the tree again with fl.build, and save it")
-        if "own_radius" in settings:
-            raise InputError("own_radius is the same in all tiles of a forest; leave it out, or build the forest again")
+        for name in ("own_radius", "frame"):
+            if name in settings:
+                raise InputError(
+                    f"{name} is the same in all tiles of a forest; leave it out, or build the forest again"
+                )
         number = count("tile", tile, 0, self.n_tiles - 1)
         if Manifest.read(self.path).digest != self.manifest.digest:
             raise InputError(f"{self.path} has changed since this forest was opened; open it again")
@@ -368,5 +378,6 @@ class Forest(RayQueries, ProximityQueries, PairQueries, BoxQueries):
 AnyTree: TypeAlias = Tree | Forest
 
 
-def _opened(path: str, memory: int | None, verify: bool | None) -> Forest:
-    return Forest(path, memory=memory, verify=verify)
+def _opened(path: str, memory: int | None, verify: bool | None, less_offset: bool) -> Forest:
+    forest = Forest(path, memory=memory, verify=verify)
+    return forest.without_offset() if less_offset else forest

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from .. import _core
 from ..arrays import FloatArray, IntArray
-from ..progress import ProgressCallback
+from ..progress import ProgressCallback, staged
 from ..query.backend import Backend, HitColumns, HitLists
 from ..query.rays import NO_LIMIT, NO_SPREAD, RayBatch
 from ..threads import get_num_threads
@@ -178,10 +178,7 @@ class BlockProgress:
         return self._part(0.9, 0.1)
 
     def _part(self, begin: float, share: float) -> ProgressCallback | None:
-        callback = self.callback
-        if callback is None:
-            return None
-        return lambda done: callback(self.begin + self.share * (begin + share * done))
+        return staged(self.callback, self.begin + self.share * begin, self.begin + self.share * (begin + share))
 
 
 def _blocks(
@@ -215,7 +212,8 @@ def _part(
     """Return some of these rays, as a batch of the arrays in the order of the core."""
     spread = NO_SPREAD if rays.spread is NO_SPREAD else spread
     none = np.zeros(0, np.int64)
-    return RayBatch((len(origins),), origins, directions, radius, t_min, t_max, spread, none, limit=limit)
+    arrays = origins, directions, radius, t_min, t_max, spread
+    return RayBatch((len(origins),), *arrays, none, limit=limit, has_spread=rays.has_spread)
 
 
 def _renumbered(columns: HitColumns, ids: IntArray | None) -> HitColumns:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import threading
 from collections import OrderedDict
@@ -139,7 +140,11 @@ def read_tile(folder: Path, number: int, facts: TileFacts, verify: bool | None =
     path = folder / facts.file
 
     def refuse(why: str) -> FileFormatError:
-        return FileFormatError(f"{path} is not the tile {number} of this forest: {why}; {ADVICE}")
+        advice = ADVICE
+        with contextlib.suppress(FileFormatError, OSError, IndexError):
+            if Manifest.read(folder).tiles[number].digest != facts.digest:
+                why, advice = "it has been built again since the forest was opened", "open the forest again"
+        return FileFormatError(f"{path} is not the tile {number} of this forest: {why}; {advice}")
 
     try:
         trusted = verify is not True and is_verified(path)

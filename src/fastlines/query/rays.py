@@ -62,6 +62,8 @@ class RayBatch:
     #: (n,) or (1,): first hits, and next hits by t, with a larger t need not be found, but may be. Unlike `t_max` it
     #: clips nothing.
     limit: FloatArray = field(default_factory=lambda: NO_LIMIT)
+    #: Whether the reach of any ray grows along it. It decides what tests the rays, so some of them keep that of all.
+    has_spread: bool = False
 
     def __len__(self) -> int:
         return len(self.origins)
@@ -70,11 +72,6 @@ class RayBatch:
         """Return the arrays in the order of the core, those of `RayArrays`; the limit is None if there is none."""
         limit = None if self.limit is NO_LIMIT else self.limit
         return self.origins, self.directions, self.radius, self.t_min, self.t_max, self.spread, limit
-
-    @property
-    def has_spread(self) -> bool:
-        """Whether the reach of any ray grows along it."""
-        return self.spread is not NO_SPREAD and bool(self.spread.any())
 
     @staticmethod
     def scalar(values: FloatArray, rows: IntArray) -> FloatArray:
@@ -88,7 +85,8 @@ class RayBatch:
         none = np.zeros(0, np.int64)
         arrays = self.origins[rows], self.directions[rows], radius, t_min, t_max, spread
         ignored = tuple(each.some(rows) for each in self.ignored)
-        return RayBatch(rows.shape, *arrays, none, ignored=ignored, parts=self.parts, limit=limit)
+        made = RayBatch(rows.shape, *arrays, none, ignored=ignored, parts=self.parts, limit=limit)
+        return replace(made, has_spread=self.has_spread)
 
     def part(self, begin: int, end: int) -> RayBatch:
         """Return a batch of consecutive rays, whose arrays are views."""
@@ -98,7 +96,7 @@ class RayBatch:
         skipped = self.skipped[(self.skipped >= begin) & (self.skipped < end)] - begin
         ignored = tuple(each.some(slice(begin, end)) for each in self.ignored)
         made = RayBatch((end - begin,), *arrays, skipped, limit=limit)
-        return replace(made, digest=made._checksum(), ignored=ignored, parts=self.parts)
+        return replace(made, digest=made._checksum(), ignored=ignored, parts=self.parts, has_spread=self.has_spread)
 
     def _checksum(self) -> int:
         return engine.check_rays(self.arrays(), 0.0, 0.0, get_num_threads())[1]
@@ -175,7 +173,7 @@ def check_rays(given: RayArguments, bounds: FloatArray) -> RayBatch:
     arrays = origins, directions, radii, starts, ends, spreads
     valid, digest = engine.check_rays((*arrays, None), largest, farthest, get_num_threads())
     if valid:
-        return RayBatch(shape, *arrays, np.zeros(0, np.int64), digest)
+        return RayBatch(shape, *arrays, np.zeros(0, np.int64), digest, has_spread=_any_spread(spreads))
 
     # The core only reports that some ray may be invalid: find out which, and why.
     n_rays = len(origins)
@@ -204,7 +202,11 @@ def check_rays(given: RayArguments, bounds: FloatArray) -> RayBatch:
         radii[skipped] = starts[skipped] = ends[skipped] = spreads[skipped] = 0
     arrays = origins, directions, radii, starts, ends, spreads
     digest = engine.check_rays((*arrays, None), largest, farthest, get_num_threads())[1]
-    return RayBatch(shape, *arrays, np.flatnonzero(skipped), digest)
+    return RayBatch(shape, *arrays, np.flatnonzero(skipped), digest, has_spread=_any_spread(spreads))
+
+
+def _any_spread(spreads: FloatArray) -> bool:
+    return spreads is not NO_SPREAD and bool(spreads.any())
 
 
 def less_offset(given: RayArguments, offset: Offset, bounds: FloatArray) -> RayArguments:

@@ -337,3 +337,9 @@ def test_sources_that_cannot_be_used(tmp_path: Path) -> None:
         fl.InputError, match=r"a chunk is 'a.tck', the name of a file; pass files as one path, or a list"
     ):
         fl.build_forest(iter(["a.tck"]), tmp_path / "paths")
+
+
+def test_the_frame_is_that_of_all_lines(tmp_path: Path) -> None:
+    with pytest.raises(fl.InputError, match=r"the frame of a forest is the box of all its lines; leave frame= out"):
+        fl.build_forest(np.zeros((1, 2, 3)), tmp_path / "forest", frame=[[-9, -9, -9], [9, 9, 9]])
+    assert not (tmp_path / "forest").exists()

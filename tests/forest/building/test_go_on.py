@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import errno
 import itertools
 import os
@@ -21,6 +22,7 @@ from support.forests import strands
 from support.patience import HANGS
 
 import fastlines as fl
+from fastlines.forest.building.journal import Journal
 from fastlines.support.atomic_write import atomic_write
 
 WRITERS = ("support.container", "forest.manifest", "forest.building.journal")
@@ -284,3 +286,40 @@ def test_two_builds_at_a_time(tmp_path: Path) -> None:
             fl.build_forest(chunks(), tmp_path / "forest", max_segments=130)
 
     assert fl.build_forest(slowly(), tmp_path / "forest", max_segments=130).n_prims == 200
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="fork")
+@pytest.mark.filterwarnings("ignore:.*fork:DeprecationWarning")
+def test_a_fork_does_not_hold_the_lock(tmp_path: Path) -> None:
+    """Workers of a pool may live on after the build is killed."""
+    journal = Journal(tmp_path)
+    journal.check({})
+    with journal.locked():
+        worker = os.fork()
+        if not worker:
+            time.sleep(HANGS)
+            os._exit(0)
+    try:
+        for _ in range(100):  # until the fork has run
+            with contextlib.suppress(fl.InputError), journal.locked():
+                return
+            time.sleep(HANGS / 100)
+        pytest.fail("the fork holds the lock")
+    finally:
+        os.kill(worker, signal.SIGKILL)
+        os.waitpid(worker, 0)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="flock")
+def test_a_build_that_must_wait_leaves_no_settings(tmp_path: Path) -> None:
+    """The folder still says what the build that has begun first is of."""
+
+    def slowly() -> Iterator[fl.Lines]:
+        with pytest.raises(fl.InputError, match="another process builds"):
+            fl.build_forest(chunks(), tmp_path / "forest", max_segments=90)
+        raise OSError("stopped")
+        yield
+
+    with pytest.raises(OSError, match="stopped"):
+        fl.build_forest(slowly(), tmp_path / "forest", max_segments=130)
+    assert '"max_segments": 130' in (tmp_path / "forest" / "build.json").read_text()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 import re
 
 import numpy as np
@@ -9,6 +10,7 @@ import pytest
 from test_mapped_rays import assert_same, rays, scene
 
 import fastlines as fl
+from fastlines.forest.mapping.forest_address import ForestAddress
 from fastlines.query.hits import AllHits, FirstHits
 
 array = pytest.importorskip("dask.array")
@@ -113,3 +115,23 @@ def test_other_errors(forest):
     assert not forest.any_hit(lazy[0], lazy[1] * np.nan, 0.03, invalid="skip").compute().any()
     with pytest.raises(fl.InputError, match="are not listed in parts"):
         forest.iter_all_hits(*lazy, 0.03, max_bytes=1000)
+
+
+def test_without_offset(tmp_path):
+    segments = scene().segments.astype(np.float64) + np.array([1000, 0, 0])
+    whole = fl.build_forest(segments, tmp_path / "forest", max_segments=100, offset=[1000, 0, 0])
+    forest = pickle.loads(pickle.dumps(whole.without_offset()))
+    plain, lazy = given()
+    found = forest.first_hit(*lazy, 0.03)
+    ForestAddress.of(whole.on(map))  # the same files, with the offset
+    assert_same(found.compute(), whole.without_offset().first_hit(*plain, 0.03))
+    assert forest.first_hit(*plain, 0.03).hit.any()
+
+
+def test_blocks_are_not_mapped_again(forest):
+    def failing(function, tasks):
+        raise AssertionError("blocks are tasks already")
+
+    plain, lazy = given()
+    found = forest.on(failing).first_hit(*lazy, 0.03)
+    assert_same(found.compute(scheduler="synchronous"), forest.first_hit(*plain, 0.03))

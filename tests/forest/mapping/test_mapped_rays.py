@@ -166,3 +166,31 @@ def test_a_tile_that_is_missing_on_a_worker(tree, tmp_path, client):
     (tmp_path / "00004.flt").unlink()
     with pytest.raises(fl.WorkerError, match=r"^worker tcp://.*: .*00004\.flt .* missing.*build_forest"):
         asked(on(forest, client), "first_hit", {})
+
+
+def test_a_spread_of_some_rays_counts_for_the_kernel_of_all(tmp_path):
+    # Crossings of curves have intervals, but not with a spread: whole chunks without one still have none.
+    rng = np.random.default_rng(7)
+    curves = fl.Curves.from_bezier(rng.normal(0, 0.3, (60, 4, 3)).cumsum(axis=1))
+    tree = fl.build(curves)
+    tree.save(tmp_path / "curves.flt")
+    forest = on(fl.Forest(tmp_path / "curves.flt"), map)
+    origins, directions = rays(1200)
+    spread = np.repeat([0, 0.01], 600)
+    for query in ("first_hit", "all_hits", "count_hits"):
+        expected = getattr(tree, query)(origins, directions, 0.2, spread=spread)
+        assert_same(getattr(forest, query)(origins, directions, 0.2, spread=spread), expected)
+    counts = tree.count_hits(origins[:600], directions[:600], 0.2)
+    assert (counts != tree.count_hits(origins, directions, 0.2, spread=spread)[:600]).any()
+
+
+@pytest.mark.parametrize("segments", [np.zeros((0, 2, 3)), scene().segments])
+def test_rays_that_meet_no_tile(tmp_path, segments):
+    forest = fl.build_forest(segments, tmp_path / "forest", max_segments=100)
+    origins, directions = rays(500)
+    origins[:, 2], directions[:, 2] = 50, 1
+    found = on(forest, map)
+    assert not found.first_hit(origins, directions, 0.01).hit.any()
+    assert found.all_hits(origins, directions, 0.01).offsets[-1] == 0
+    assert not found.any_hit(origins, directions, 0.01).any()
+    assert not found.count_within(origins, 0.01).any()

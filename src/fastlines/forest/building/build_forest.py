@@ -13,7 +13,7 @@ from ...arrays import INVALID, choice
 from ...builder import build
 from ...errors import InputError
 from ...geometry.offsets import check_offset
-from ...progress import ProgressCallback, ProgressOption, reporting
+from ...progress import ProgressOption, reporting, staged
 from ..forest import Forest
 from ..mapping.where import mapping_of
 from ..writing import write_manifest
@@ -69,7 +69,7 @@ def build_forest(
         do the row groups of Parquet and 100 MB for its library. With `map`, it counts for each process that builds
         tiles.
     method, **settings
-        Of the trees of the tiles, as `build` takes them.
+        Of the trees of the tiles, as `build` takes them, but for `frame`: it is the box of all lines.
     offset : "auto" or three numbers, optional
         Subtracted from x, y and z in float64, as in `read`; one for all chunks. "auto" is that of the first file or
         chunk.
@@ -109,6 +109,8 @@ def build_forest(
     25
     """
     choice("invalid", invalid, INVALID)
+    if "frame" in settings:
+        raise InputError("the frame of a forest is the box of all its lines; leave frame= out")
     wanted = check_offset(offset)
     mapping = None if map is None else mapping_of(map, None, "map")
     # A tree of one segment shows what is wrong with the settings.
@@ -116,27 +118,27 @@ def build_forest(
     budget = Budget(memory, max_segments, tree.settings)
     given = source_of(source)
     journal = Journal(Path(folder))
-    journal.begin(
-        {
-            "source": given.facts,
-            "max_segments": max_segments,
-            "memory": memory if max_segments is None else None,
-            "method": method,
-            "settings": {name: repr(value) for name, value in sorted(settings.items())},
-            "offset": wanted,
-            "invalid": invalid,
-            "fastlines": version("fastlines"),
-        }
-    )
+    what = {
+        "source": given.facts,
+        "max_segments": max_segments,
+        "memory": memory if max_segments is None else None,
+        "method": method,
+        "settings": {name: repr(value) for name, value in sorted(settings.items())},
+        "offset": wanted,
+        "invalid": invalid,
+        "fastlines": version("fastlines"),
+    }
+    journal.check(what)
     with journal.locked(), journal.explaining(), reporting(progress, "build the forest") as callback:
+        journal.begin(what)
         is_built = journal.is_finished and is_whole(journal, callback)
         if not is_built:
-            Spill(journal, Reading(budget.n_rows, offset, invalid)).run(given, _stage(callback, 0, SPILLED))
+            Spill(journal, Reading(budget.n_rows, offset, invalid)).run(given, staged(callback, 0, SPILLED))
             plan = make_plan(journal, budget)
-            partition(journal, plan, budget.at_once, _stage(callback, SPILLED, PARTITIONED))
+            partition(journal, plan, budget.at_once, staged(callback, SPILLED, PARTITIONED))
             tiles = tiles_of(journal, plan.most)
             tasks = [TileTask(os.path.abspath(folder), i, rows, method, settings) for i, rows in enumerate(tiles)]
-            facts = build_tiles(journal, tasks, mapping, _stage(callback, PARTITIONED, BUILT))
+            facts = build_tiles(journal, tasks, mapping, staged(callback, PARTITIONED, BUILT))
             index = index_tiles(journal, plan, tiles, settings.get("own_radius", True))
             write_manifest(folder, plan.frame, facts, index, tree.method, n_strands=plan.n_strands, facts=plan.facts)
     journal.clear()
@@ -146,8 +148,3 @@ def build_forest(
             "delete the folder to build another, or name a new one"
         )
     return Forest(folder, memory=memory)
-
-
-def _stage(progress: ProgressCallback | None, first: float, last: float) -> ProgressCallback | None:
-    """Return a callback for a stage, whose progress is the part from `first` to `last` of the whole."""
-    return None if progress is None else lambda done: progress(first + (last - first) * done)

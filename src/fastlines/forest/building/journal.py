@@ -14,12 +14,12 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TextIO
 
 from ...errors import InputError
 from ...support.atomic_write import atomic_write
 from ...support.texts import counted
-from ..manifest import BUILDING
+from ..manifest import BUILD, BUILDING
 from ..manifest import FILE as MANIFEST
 
 try:
@@ -27,11 +27,22 @@ try:
 except ImportError:  # without these locks two builds at a time are not noticed
     fcntl = None  # type: ignore[assignment]
 
-#: The file that says what a forest was built of.
-FILE = "build.json"
-
 #: Errors of a disk that is full.
 FULL = (errno.ENOSPC, errno.EDQUOT)
+
+#: The files whose locks this process holds.
+_locks: set[TextIO] = set()
+
+
+def _close_locks() -> None:
+    """Close the locks that a fork has copied: else workers of a pool would hold them after the build was killed."""
+    for file in _locks:
+        file.close()
+    _locks.clear()
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_close_locks)
 
 
 @dataclass(frozen=True)
@@ -81,7 +92,13 @@ class Journal:
         return (self.folder / MANIFEST).exists()
 
     def begin(self, plan: Mapping[str, Any]) -> None:
-        """Begin a build, or go on with the one that this folder holds.
+        """Begin a build, or go on with the one that this folder holds, which is locked and was checked."""
+        if not self.check(plan):
+            with atomic_write(self.folder / BUILD) as partial:
+                partial.write_text(json.dumps(plan, indent=2) + "\n", encoding="utf-8")
+
+    def check(self, plan: Mapping[str, Any]) -> bool:
+        """Make the folder, or check the one that is there; return whether it holds this build, which has begun.
 
         Parameters
         ----------
@@ -100,21 +117,22 @@ class Journal:
         if self.folder.exists() and not self.folder.is_dir():
             raise InputError(f"{self.folder} is a file; expected a new folder for a forest")
         self.folder.mkdir(exist_ok=True)
-        path, wanted = self.folder / FILE, json.loads(json.dumps(plan))
-        others = sorted(name for name in os.listdir(self.folder) if not name.startswith((FILE, BUILDING)))
+        path, wanted = self.folder / BUILD, json.loads(json.dumps(plan))
+        others = sorted(name for name in os.listdir(self.folder) if not name.startswith((BUILD, BUILDING)))
         if path.exists() and (others or self.chunk(0).exists() or self.spilled.exists()):
             self._compare(path, wanted)
+            is_begun = True
+        elif others:
+            what = "a forest that fl.build_forest did not build" if MANIFEST in others else "other files"
+            more = f" and {len(others) - 3} more" if len(others) > 3 else ""
+            raise InputError(
+                f"{self.folder} holds {what}: {', '.join(others[:3])}{more}; name a new or an empty folder"
+            )
         else:
-            if others:
-                what = "a forest that fl.build_forest did not build" if MANIFEST in others else "other files"
-                more = f" and {len(others) - 3} more" if len(others) > 3 else ""
-                raise InputError(
-                    f"{self.folder} holds {what}: {', '.join(others[:3])}{more}; name a new or an empty folder"
-                )
-            with atomic_write(path) as partial:
-                partial.write_text(json.dumps(wanted, indent=2) + "\n", encoding="utf-8")
+            is_begun = False
         for name in ("chunks", "parts", "built"):
             (self._stages / name).mkdir(parents=True, exist_ok=True)
+        return is_begun
 
     def _compare(self, path: Path, wanted: dict[str, Any]) -> None:
         """Refuse to go on with another build."""
@@ -146,7 +164,11 @@ class Journal:
                     ) from None
                 except OSError:  # files cannot be locked here
                     pass
-            yield
+            _locks.add(file)
+            try:
+                yield
+            finally:
+                _locks.discard(file)
 
     @contextmanager
     def explaining(self) -> Iterator[None]:

@@ -16,7 +16,7 @@ from ...arrays import AnyArray, FloatArray, IntArray, box_of
 from ...errors import FileFormatError, FileWarning, InputError
 from ...geometry.lines import Lines
 from ...geometry.offsets import Offset, offset_of
-from ...progress import ProgressCallback
+from ...progress import ProgressCallback, staged
 from ...support.metadata import to_json
 from ...support.texts import counted
 from ...support.warn_caller import warn_caller
@@ -75,7 +75,7 @@ class Spill:
         for i, item in enumerate(source.items):
             if i < first_item:
                 continue
-            report = _share(progress, i, len(source.items))
+            report = staged(progress, i / len(source.items), (i + 1) / len(source.items))
             offset = self._how.offset if self._how.offset is None or self._offset is None else self._offset
             for lines in item(replace(self._how, offset=offset, progress=report)):
                 self._add(lines, i)
@@ -186,11 +186,6 @@ class Spill:
             f"the source is not the one that the forest {folder} was begun with: {how}; pass the same from its "
             "beginning, or delete the folder to begin anew"
         )
-
-
-def _share(progress: ProgressCallback | None, item: int, n_items: int) -> ProgressCallback | None:
-    """Return a callback for one of several items."""
-    return None if progress is None else lambda done: progress((item + done) / n_items)
 
 
 def _on_strands(rows: Rows, lines: Lines, n_before: int) -> tuple[Rows, IntArray, int]:

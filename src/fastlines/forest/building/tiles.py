@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ...progress import ProgressCallback
+from ...progress import ProgressCallback, staged
 from ..manifest import TileFacts
 from ..mapping.mapping import Mapping as TaskMapping
 from ..tile_files import write_tile
@@ -70,11 +70,6 @@ def build_tiles(
             if progress is not None:
                 progress(n_done / len(tasks))
     for task in missing if mapping is None else ():
-        build_tile(task, _share(progress, n_done, len(tasks)))
+        build_tile(task, staged(progress, n_done / len(tasks), (n_done + 1) / len(tasks)))
         n_done += 1
     return [TileFacts(**read_stage(journal.built(task.number))[1]) for task in tasks]
-
-
-def _share(progress: ProgressCallback | None, n_done: int, n_all: int) -> ProgressCallback | None:
-    """Return a callback for one of several tasks."""
-    return None if progress is None else lambda done: progress((n_done + done) / n_all)

@@ -30,13 +30,16 @@ class ForestAddress:
     digest: str
     memory: int | None = None
     verify: bool | None = None
+    #: Whether rays and points are less the offset of the lines.
+    less_offset: bool = False
 
     @classmethod
     def of(cls, forest: Forest) -> ForestAddress:
         """Return the address of a forest, which stays open in this process."""
         store = forest._store
-        made = cls(type(forest), os.path.abspath(forest.path), forest.manifest.digest, store.memory, store.verify)
-        _keep(made, forest)
+        content = os.path.abspath(forest.path), forest.manifest.digest
+        made = cls(type(forest), *content, store.memory, store.verify, forest._less_offset)
+        _keep(made, forest._here())
         return made
 
     def opened(self) -> Forest:
@@ -67,7 +70,7 @@ class ForestAddress:
                 f"sees another forest at {self.path} than the caller has opened; if it has been built again since, "
                 "open it again, else give both the same files there"
             )
-        return forest
+        return forest.without_offset() if self.less_offset else forest
 
 
 def _keep(address: ForestAddress, forest: Forest) -> None:

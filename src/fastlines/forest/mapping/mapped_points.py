@@ -92,7 +92,7 @@ class MappedPoints:
         yield from self.mapping.rows(order, place, work, row_bytes, progress)
 
     def _nearest_tile(self, points: PointBatch) -> IntArray:
-        if self.forest.n_tiles <= 1:
+        if self.forest.n_tiles == 1:
             return np.zeros(len(points), np.int64)
         tiles: IntArray = self.forest._top.nearest_tiles(points, 1)[1][:, 0]
         return tiles

@@ -121,7 +121,7 @@ class MappedRays:
         yield from self.mapping.rows(order, place, work, row_bytes, progress)
 
     def _first_tiles(self, rays: RayBatch) -> IntArray:
-        if self.forest.n_tiles <= 1:
+        if self.forest.n_tiles == 1:
             return np.zeros(len(rays), np.int64)
         tiles: IntArray = self.forest._top.first_tile(rays)
         return tiles

@@ -101,6 +101,8 @@ class Mapping:
         row_bytes : float
             The bytes of a row of the query.
         """
+        if not len(order):
+            return
         n_done, seconds, n_bytes = 0, self.tuning.seconds_a_row, self.tuning.bytes_a_row
         for chunks in self._rounds(order):
             # Cut the last round by the measured cost.
