@@ -80,7 +80,10 @@ GlobalIds ids_of(const Ids& ids) { return {ids ? rows<std::int64_t>(*ids) : std:
 class Walk {
  public:
   Walk(RayArrays rays, RayRoutes& routes, unsigned n_threads)
-      : rays_{std::move(rays)}, walk_(std::move(routes), rays_.rays, n_threads) {}
+      : rays_{std::move(rays)}, walk_([&] {
+          const WithoutGil without_gil;
+          return TileWalk(std::move(routes), rays_.rays, n_threads);
+        }()) {}
 
   std::int64_t next_tile(Flags is_open) const { return walk_.next_tile(rows<std::uint8_t>(is_open)); }
   std::size_t n_waiting() const { return walk_.n_waiting(); }
@@ -157,7 +160,10 @@ class AnyHitWalk : public Walk {
 class NextHitWalk : public Walk {
  public:
   NextHitWalk(RayArrays rays, RayRoutes& routes, std::size_t k, bool surface, unsigned n_threads)
-      : Walk(std::move(rays), routes, n_threads), surface_(surface), next_(n_rays(), k) {}
+      : Walk(std::move(rays), routes, n_threads), surface_(surface), next_([&] {
+          const WithoutGil without_gil;
+          return NextHits(n_rays(), k);
+        }()) {}
 
   Taken take(std::size_t tile) {
     return Walk::take(tile, [this](std::uint32_t ray) { return next_.limit(ray); });
@@ -175,9 +181,12 @@ class NextHitWalk : public Walk {
     LargeVector<std::int64_t> offsets(n_rays() + 1);
     for (std::size_t i = 0; i < n_rays(); ++i) offsets[i + 1] = offsets[i] + std::int64_t(next_.of(i).size());
     HitArrays hits(std::size_t(offsets.back()), surface_);
-    const HitColumns to = hits.columns();
-    for (std::size_t i = 0; i < n_rays(); ++i)
-      for (std::size_t j = 0; j < next_.of(i).size(); ++j) to.set(std::size_t(offsets[i]) + j, next_.of(i)[j]);
+    {
+      const WithoutGil without_gil;
+      const HitColumns to = hits.columns();
+      for (std::size_t i = 0; i < n_rays(); ++i)
+        for (std::size_t j = 0; j < next_.of(i).size(); ++j) to.set(std::size_t(offsets[i]) + j, next_.of(i)[j]);
+    }
     return {adopt<std::int64_t>(std::move(offsets)), hits.tuple()};
   }
 
@@ -192,7 +201,10 @@ class Visit {
   Visit(RayArrays rays, RayRoutes& routes, unsigned n_threads)
       : rays_{std::move(rays)},
         n_threads_(n_threads),
-        visits_(std::move(routes), rays_.rays),
+        visits_([&] {
+          const WithoutGil without_gil;
+          return TileRays(std::move(routes), rays_.rays);
+        }()),
         lists_(visits_.n_tiles()) {}
 
   /// How many rays visit a tile.
@@ -213,7 +225,11 @@ class Visit {
   /// The merged lists: all hits, or the best k.
   ListTuple merge(bool surface, std::optional<std::uint64_t> k, bool by_distance, nb::object progress) const {
     const ListMerge merge(visits_, lists_, by_distance ? Keep::nearest : Keep::first, k.value_or(~0ull));
-    LargeVector<std::int64_t> offsets = merge.offsets(n_threads_);
+    LargeVector<std::int64_t> offsets;
+    {
+      const WithoutGil without_gil;
+      offsets = merge.offsets(n_threads_);
+    }
     HitArrays hits(std::size_t(offsets.back()), surface);
     watch_if(may_be_long(rays_.size(), lists_.size()), progress,
              [&](Progress& watched) { merge.write(offsets, hits.columns(), n_threads_, watched); });

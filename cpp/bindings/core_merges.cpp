@@ -54,6 +54,7 @@ void merge_nearest_of(const BestArrays& best, std::size_t k, const Input<std::in
   const auto& [best_distance, best_prim, best_s] = best;
   const auto& [distance, prim, s] = found;
   const std::size_t n = points.size();
+  const WithoutGil without_gil;
   merge_nearest({best_distance.data(), best_prim.data(), best_s.data(), k}, rows<std::int64_t>(points),
                 {distance.data(), prim.data(), s.data(), n == 0 ? 0 : distance.size() / n});
 }

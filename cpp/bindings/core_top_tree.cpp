@@ -81,9 +81,9 @@ template <class Low, class High, class Limit>
 TileRows near_boxes(const TopTree& top, std::size_t n, bool surface, const Low& low, const High& high,
                     const Limit& limit) {
   LargeVector<std::int64_t> offsets(1), tiles;
-  {
-    const WithoutGil without_gil;
+  watch_if(may_be_long(n, top.n_tiles()), nb::none(), [&](Progress& watched) {
     for (std::size_t i = 0; i < n; ++i) {
+      if (i % 1024 == 0) watched.check();
       const auto a = low(i), b = high(i);
       const Point from = {a[0], a[1], a[2]}, to = {b[0], b[1], b[2]};
       const double within = limit(i);
@@ -92,7 +92,7 @@ TileRows near_boxes(const TopTree& top, std::size_t n, bool surface, const Low& 
       std::sort(tiles.begin() + offsets.back(), tiles.end());
       offsets.push_back(std::int64_t(tiles.size()));
     }
-  }
+  });
   return {adopt<std::int64_t>(std::move(offsets)), adopt<std::int64_t>(std::move(tiles))};
 }
 
@@ -120,7 +120,9 @@ TileRows tiles_near_tiles(const TopTree& top, double radius, bool surface) {
 }  // namespace
 
 void bind_top_tree(nb::module_& m) {
-  nb::class_<RayRoutes>(m, "RayRoutes").def("arrays", &arrays_of);
+  nb::class_<RayRoutes>(m, "RayRoutes").def("arrays", &arrays_of).def_prop_ro("n_steps", [](const RayRoutes& routes) {
+    return routes.steps.size();
+  });
   nb::class_<TopTree>(m, "TopTree")
       .def(
           "__init__",

@@ -34,7 +34,7 @@ class TreeOf final : public TreeImpl {
         prims_(std::span<const Item>(items_)),
         tree_(std::move(tree)),
         origin_(std::move(origin)),
-        frame_box_(frame_box_of(origin_, tree_.nodes[0].box)),
+        frame_box_(frame_box_of(origin_, tree_)),
         wide_(fastlines::collapse<P>(tree_.nodes, tree_.refs, prims_, {.radius_hint = 0.001}, n_threads, progress,
                                      frame_box_)),
         view_(fastlines::view_of(wide_, prims_)),

@@ -384,6 +384,8 @@ def merge_nearest(
 
 class RayRoutes:
     def arrays(self) -> tuple[NDArray[numpy.int64], NDArray[numpy.int64], NDArray[numpy.float32]]: ...
+    @property
+    def n_steps(self) -> int: ...
 
 class TopTree:
     def __init__(

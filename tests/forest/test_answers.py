@@ -188,6 +188,34 @@ def test_queries_are_checked_as_those_of_a_tree(forest: fl.Forest, scene: tuple[
         assert str(of_forest.value).replace("ForestGeometry", "Lines") == str(of_tree.value)
 
 
+@pytest.mark.parametrize("to", [None, "axis"])
+def test_empty_tiles(tmp_path: Path, to: str | None) -> None:
+    lines = fl.Lines.from_segments(strands(seed=5).segments + np.float32(100), radius=0.01)
+    tree = fl.build(lines)
+    forest = write_forest(lines, tmp_path / "forest", 2 * tiles_of(lines, 3) + 1)
+    assert [tile.n_prims for tile in forest.manifest.tiles] == [0, 100, 0, 100, 0, 100]
+    asked: dict[str, Any] = rays(lines) | {"radius": 0.1, "ignore": np.arange(0, 300, 2)}
+    assert_same(forest.all_hits(**asked), tree.all_hits(**asked))
+    left_out: dict[str, Any] = {"ignore": asked["ignore"], "to": to}
+    points = np.concatenate([asked["origins"], np.zeros((1, 3))])
+    assert_same(forest.nearest(points, 20, **left_out), tree.nearest(points, 20, **left_out))
+    assert_same(forest.within(points, 200, **left_out), tree.within(points, 200, **left_out))
+    assert_same(forest.in_box([[-1e3] * 3], [[1e3] * 3], to=to), tree.in_box([[-1e3] * 3], [[1e3] * 3], to=to))
+    for column in ("i", "j", "distance"):
+        got, expected = (getattr(of.pairs(0.1, to=to), column) for of in (forest, tree))
+        assert got.tobytes() == expected.tobytes()
+
+
+def test_a_tiny_scene(tmp_path: Path) -> None:
+    unit = np.float32(1e-25)
+    lines = fl.Lines.from_segments(strands(seed=6).segments * unit, radius=0.01 * unit)
+    tree, forest = fl.build(lines), write_forest(lines, tmp_path / "forest", tiles_of(lines, 7))
+    asked = rays(lines) | {"radius": 0.01 * unit, "spread": 0.2}
+    assert_same(forest.all_hits(**asked), tree.all_hits(**asked))
+    points = rays(lines)["origins"]
+    assert_same(forest.nearest(points, 5), tree.nearest(points, 5))
+
+
 def test_without_the_radius_of_the_lines(tmp_path: Path) -> None:
     lines = scenes()["thick"][0]
     tree = fl.build(lines, own_radius=False)

@@ -164,7 +164,7 @@ def test_invalid_rays_are_skipped(forest_and_tree: tuple[Forest, fl.Tree]) -> No
 @pytest.mark.parametrize("forest_and_tree", SOME_FORESTS, ids=str, indirect=True)
 def test_blocks_of_rays(forest_and_tree: tuple[Forest, fl.Tree], monkeypatch: pytest.MonkeyPatch) -> None:
     forest, tree = forest_and_tree
-    for name, value in {"MAX_RAYS": 37, "FIRST_RAYS": 10, "HITS": 60, "MAX_KEPT": 2}.items():
+    for name, value in {"MAX_RAYS": 37, "FIRST_RAYS": 10, "HITS": 60, "STEPS": 70, "MAX_KEPT": 2}.items():
         monkeypatch.setattr(RayBlocks, name, value)
     check(forest, tree, rays_of(tree.geometry, bounds=True))
     check(forest, tree, picture_of(tree.geometry))

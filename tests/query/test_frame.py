@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pickle
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -179,7 +180,10 @@ def test_moved_lines_that_leave_the_frame() -> None:
         tree.refit([[[-2.5, -2, -2], [0, 0, 0]]])
 
 
-def test_an_empty_tree_takes_any_frame() -> None:
-    tree = fl.build(np.zeros((0, 2, 3)), frame=[[-2] * 3, [2] * 3])
+@pytest.mark.parametrize("frame", [[[-2] * 3, [2] * 3], [[100] * 3, [101] * 3]])
+def test_an_empty_tree_takes_any_frame(frame: Any, tmp_path: Path) -> None:
+    fl.build(np.zeros((0, 2, 3)), frame=frame).save(tmp_path / "empty.flt", layout=True)
+    tree = fl.load(tmp_path / "empty.flt")
+    assert tree.frame_box.tolist() == frame
     assert not tree.any_hit([0, 0, -5], [0, 0, 1], 1)
     assert tree.nearest([0, 0, 0]).prim == -1

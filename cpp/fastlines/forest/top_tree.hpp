@@ -75,7 +75,8 @@ class TopTree {
       longest = std::max(longest, std::fabs(ray.direction[k]));
     }
     float reach = ray.radius;
-    if (ray.spread > 0.0f) reach += ray.spread * (std::sqrt(dot(p, p)) + half_diagonal_);
+    // Not √(p·p), which floats cannot hold where the scene is tiny.
+    if (ray.spread > 0.0f) reach += ray.spread * (float(std::hypot(p[0], p[1], p[2])) + half_diagonal_);
     const float grow = reach + kRelative * (reach + far) + margin_;
     // A component that moves the ray by less than the margin counts as this much.
     const float least = std::max(longest * 1e-12f, std::numeric_limits<float>::min());

@@ -22,7 +22,7 @@ from .top_tree import TopTree
 MOST_POINTS = 1 << 20
 
 #: The points that look first for the tiles within their radius, and about how many pairs of a point and a tile there
-#: are at a time.
+#: are at a time; the nearest tiles of points are no more.
 FIRST_POINTS, MOST_PAIRS = 1 << 16, 1 << 23
 
 #: Each round asks this many times as many tiles as before.
@@ -42,7 +42,7 @@ class ForestPoints:
     def nearest(self, points: PointBatch, k: int, progress: ProgressCallback | None) -> NearColumns:
         """See `PointBackend`; the next tiles are asked while they may hold what is nearer than the k-th so far."""
         n = len(points)
-        best = _Best(k, np.full(n * k, np.inf, np.float32), np.full(n * k, -1), np.zeros(n * k, np.float32))
+        best = _Best.of(n, k)
         order = np.arange(n) if n <= MOST_POINTS else self._sorted(points)
         for begin in range(0, n, MOST_POINTS):
             end = min(begin + MOST_POINTS, n)
@@ -73,11 +73,20 @@ class ForestPoints:
         ]
         return np.argsort(np.concatenate(first)[:, 0], kind="stable")
 
-    def _find_nearest(self, points: PointBatch, rows: IntArray, best: _Best, progress: ProgressCallback | None) -> None:
+    def _find_nearest(
+        self, points: PointBatch, rows: IntArray, best: _Best, progress: ProgressCallback | None, n_asked: int = 0
+    ) -> None:
         """Ask the 1, 4, 16, … nearest tiles of some points, until the next one is too far away."""
-        n_asked, n_tiles, done = 0, len(self.store), 0.0
+        n_tiles, done = len(self.store), 0.0
         while len(rows) and n_asked < n_tiles:
             n_next = min(max(1, MORE_TILES * n_asked), n_tiles)
+            most = max(1, MOST_PAIRS // n_next)
+            if len(rows) > most:
+                for begin in range(0, len(rows), most):
+                    end = min(begin + most, len(rows))
+                    share = staged(progress, *(done + (1 - done) * at / len(rows) for at in (begin, end)))
+                    self._find_nearest(points, rows[begin:end], best, share, n_asked)
+                return
             distance, tile = self.top.nearest_tiles(_bare(points, rows), n_next)
             distance, tile = distance[:, n_asked:], tile[:, n_asked:]
             # Each round is half of what is left.
@@ -118,7 +127,7 @@ class ForestPoints:
             row = np.repeat(np.arange(begin, end), np.diff(offsets))
             for found, entries, share in by_tile(self.store, tile, staged(progress, begin / n, end / n)):
                 yield found, row[entries], share
-            size = max(1, (end - begin) * MOST_PAIRS // max(1, len(tile)))
+            size = max(1, min(MOST_POINTS, (end - begin) * MOST_PAIRS // max(1, len(tile))))
             begin = end
 
 
@@ -131,6 +140,16 @@ class _Best:
     prim: IntArray
     u: FloatArray
 
+    @classmethod
+    def of(cls, n_points: int, k: int) -> _Best:
+        """Return no answers yet. Ctrl-C stops between blocks, as the first touch of so much memory takes long."""
+        n = n_points * k
+        best = cls(k, np.empty(n, np.float32), np.empty(n, np.int64), np.empty(n, np.float32))
+        for begin in range(0, n, MOST_PAIRS):
+            block = slice(begin, begin + MOST_PAIRS)
+            best.distance[block], best.prim[block], best.u[block] = np.inf, -1, 0
+        return best
+
     @property
     def columns(self) -> NearColumns:
         return self.distance, self.prim, self.u
@@ -138,7 +157,7 @@ class _Best:
     def limit(self, points: PointBatch, rows: IntArray) -> FloatArray:
         """Return how far further answers of some points may be, (n,): ties with the k-th so far count."""
         last = self.distance[rows * self.k + self.k - 1]
-        return np.minimum(points.radius_of(rows), last + ROUNDING * np.abs(last))
+        return np.minimum(points.radius_of(rows), np.nextafter(last + ROUNDING * np.abs(last), np.float32(np.inf)))
 
 
 def _bare(points: PointBatch, rows: IntArray) -> PointBatch:

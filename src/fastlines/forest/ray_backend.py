@@ -33,8 +33,10 @@ class ForestRays:
             opened = self.store.open(0)
             return _renumbered(self._ask(opened, rays).first_hit(rays, surface, progress), opened.ids)
         found: list[HitColumns] = []
-        for block, watched in _blocks(rays, progress):
-            walk = _core.FirstHitWalk(block.arrays(), self._routes(block, watched), surface, get_num_threads())
+        sizes = RayBlocks(len(self.top))
+        for block, watched in _blocks(rays, progress, sizes):
+            routes = self._routes(block, watched, sizes)
+            walk = _core.FirstHitWalk(block.arrays(), routes, surface, get_num_threads())
             for opened, part, seen in self._walk(walk, block, watched):
                 walk.give(self._ask(opened, rays).first_hit(part, surface, seen), opened.ids)
             found.append(walk.hits())
@@ -45,8 +47,9 @@ class ForestRays:
         if len(self.top) == 1:
             return self._ask(self.store.open(0), rays).any_hit(rays, progress)
         found = []
-        for block, watched in _blocks(rays, progress):
-            walk = _core.AnyHitWalk(block.arrays(), self._routes(block, watched), get_num_threads())
+        sizes = RayBlocks(len(self.top))
+        for block, watched in _blocks(rays, progress, sizes):
+            walk = _core.AnyHitWalk(block.arrays(), self._routes(block, watched, sizes), get_num_threads())
             for opened, part, seen in self._walk(walk, block, watched):
                 walk.give(self._ask(opened, rays).any_hit(part, seen))
             found.append(walk.found())
@@ -59,8 +62,9 @@ class ForestRays:
             return self._ask(self.store.open(0), rays).count_hits(rays, progress)
         counts = np.zeros(len(rays), np.int64)
         begin = 0
-        for block, watched in _blocks(rays, progress):
-            visit = _core.Visit(block.arrays(), self._routes(block, watched), get_num_threads())
+        sizes = RayBlocks(len(self.top))
+        for block, watched in _blocks(rays, progress, sizes):
+            visit = _core.Visit(block.arrays(), self._routes(block, watched, sizes), get_num_threads())
             of_block = counts[begin : begin + len(block)]
             for tile, opened, part, seen in self._visit(visit, block, watched):
                 visit.add_counts(tile, self._ask(opened, rays).count_hits(part, seen), of_block)
@@ -82,21 +86,23 @@ class ForestRays:
         if k is not None and not by_distance and k <= RayBlocks.MAX_KEPT:
             return self._next_hits(rays, surface, k, progress)
         found: list[HitLists] = []
-        sizes = RayBlocks(RayBlocks.FIRST_RAYS)
+        sizes = RayBlocks(len(self.top), first=RayBlocks.FIRST_RAYS)
         for block, watched in _blocks(rays, progress, sizes):
-            visit = _core.Visit(block.arrays(), self._routes(block, watched), get_num_threads())
+            visit = _core.Visit(block.arrays(), self._routes(block, watched, sizes), get_num_threads())
             for tile, opened, part, seen in self._visit(visit, block, watched):
                 lists = self._ask(opened, rays).list_hits(part, surface, k, by_distance, seen)
                 visit.add_lists(tile, lists, opened.ids)
             found.append(visit.merge(surface, k, by_distance, watched.merging()))
-            sizes.fit(len(block), int(found[-1][0][-1]))
+            sizes.fit_hits(len(block), int(found[-1][0][-1]))
         return _joined_lists(found)
 
     def _next_hits(self, rays: RayBatch, surface: bool, k: int, progress: ProgressCallback | None) -> HitLists:
         """List the first k hits of each ray, from tile to tile with falling limits."""
         found: list[HitLists] = []
-        for block, watched in _blocks(rays, progress, RayBlocks(RayBlocks.HITS // max(k, 16))):
-            walk = _core.NextHitWalk(block.arrays(), self._routes(block, watched), k, surface, get_num_threads())
+        sizes = RayBlocks(len(self.top), most=RayBlocks.HITS // max(k, 16))
+        for block, watched in _blocks(rays, progress, sizes):
+            routes = self._routes(block, watched, sizes)
+            walk = _core.NextHitWalk(block.arrays(), routes, k, surface, get_num_threads())
             for opened, part, seen in self._walk(walk, block, watched):
                 walk.give(self._ask(opened, rays).list_hits(part, surface, k, False, seen), opened.ids)
             found.append(walk.lists())
@@ -109,8 +115,10 @@ class ForestRays:
         """
         return opened.tree._backend(self.kernel, replace(rays, ignored=()))
 
-    def _routes(self, block: RayBatch, watched: BlockProgress) -> _core.RayRoutes:
-        return self.top.routes(block, watched.routing())
+    def _routes(self, block: RayBatch, watched: BlockProgress, sizes: RayBlocks) -> _core.RayRoutes:
+        routes = self.top.routes(block, watched.routing())
+        sizes.fit_steps(len(block), routes.n_steps)
+        return routes
 
     def _walk(
         self, walk: _core.FirstHitWalk | _core.AnyHitWalk | _core.NextHitWalk, block: RayBatch, watched: BlockProgress
@@ -140,21 +148,31 @@ class ForestRays:
 
 
 class RayBlocks:
-    """How many rays go into a block, which bounds the memory beside the answer."""
+    """How many rays go into the next block, which bounds the memory beside the answer."""
 
     #: The most rays of a block; each takes about 100 bytes.
     MAX_RAYS = 1 << 20
     #: The rays of the first block of lists of hits, and the hits that later ones aim at.
     FIRST_RAYS, HITS = 1 << 18, 1 << 24
+    #: The steps from tile to tile of all rays of a block, which may be as many as tiles; each takes up to 16 bytes.
+    STEPS = 1 << 26
     #: The most hits a ray of which the first k are kept while it goes from tile to tile. For more, all tiles are asked.
     MAX_KEPT = 64
 
-    def __init__(self, n_rays: int = MAX_RAYS) -> None:
-        self.n_rays = min(n_rays, self.MAX_RAYS)
+    def __init__(self, n_tiles: int, *, most: int | None = None, first: int | None = None) -> None:
+        self._most = self.MAX_RAYS if most is None else min(most, self.MAX_RAYS)
+        self.n_rays = max(1, min(self._most, first or self._most, self.STEPS // max(1, n_tiles)))
 
-    def fit(self, n_rays: int, n_hits: int) -> None:
-        """Fit the next block to the number of hits of the last one."""
-        self.n_rays = max(1, min(self.MAX_RAYS, 4 * n_rays, n_rays * self.HITS // max(1, n_hits)))
+    def fit_steps(self, n_rays: int, n_steps: int) -> None:
+        """Fit the next block to the steps of this one."""
+        self.n_rays = self._fitting(n_rays, n_steps, self.STEPS)
+
+    def fit_hits(self, n_rays: int, n_hits: int) -> None:
+        """Make the next block smaller if this one has so many hits."""
+        self.n_rays = min(self.n_rays, self._fitting(n_rays, n_hits, self.HITS))
+
+    def _fitting(self, n_rays: int, n_found: int, aim: int) -> int:
+        return max(1, min(self._most, 4 * n_rays, n_rays * aim // max(1, n_found)))
 
 
 @dataclass
@@ -182,10 +200,9 @@ class BlockProgress:
 
 
 def _blocks(
-    rays: RayBatch, progress: ProgressCallback | None, sizes: RayBlocks | None = None
+    rays: RayBatch, progress: ProgressCallback | None, sizes: RayBlocks
 ) -> Iterator[tuple[RayBatch, BlockProgress]]:
     """Yield rays in blocks, at least one."""
-    sizes = RayBlocks() if sizes is None else sizes
     begin = 0
     while True:
         end = min(len(rays), begin + sizes.n_rays)

@@ -42,7 +42,9 @@ def in_whole(tile: Tile, prim: IntArray) -> IntArray:
 
 def in_tile(tile: Tile, prim: IntArray) -> IntArray:
     """Return the numbers in a tile of primitives of the whole; -1 for those that it does not hold."""
-    if tile.ids is None or not len(tile.ids):
+    if tile.ids is None:
         return prim
+    if not len(tile.ids):
+        return np.full(prim.shape, -1)
     at = np.minimum(np.searchsorted(tile.ids, prim), len(tile.ids) - 1)
     return np.where(tile.ids[at] == prim, at, -1)

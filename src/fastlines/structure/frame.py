@@ -10,8 +10,8 @@ from ..errors import InputError
 from ..support.immutable import own
 
 
-def frame_around(box: FloatArray, frame: npt.ArrayLike | None) -> FloatArray | None:
-    """Check that a frame holds a box, that of the axes of all primitives, and return it as float32."""
+def frame_around(box: FloatArray | None, frame: npt.ArrayLike | None) -> FloatArray | None:
+    """Check that a frame holds a box, that of the axes of all primitives, or None; and return it as float32."""
     if frame is None:
         return None
     corners = np.array(to_float32(frame, "frame"))
@@ -21,7 +21,7 @@ def frame_around(box: FloatArray, frame: npt.ArrayLike | None) -> FloatArray | N
         raise InputError(f"frame holds NaN, Inf or a coordinate beyond {COORDINATE_LIMIT:g}: {corners.tolist()}")
     if (corners[0] > corners[1]).any():
         raise InputError(f"the low corner of frame is above the high one: {corners.tolist()}; swap them")
-    outside = np.maximum(corners[0] - box[0], box[1] - corners[1]).max()
+    outside = 0 if box is None else np.maximum(corners[0] - box[0], box[1] - corners[1]).max()
     if outside > 0:
         raise InputError(
             f"the primitives extend {outside:g} beyond frame={corners.tolist()}; expected a box that holds them all, "

@@ -116,7 +116,8 @@ class TreeData(Shown, Immutable):
             found = _core.check(*self.geometry.build_data(), *self.words(), self.settings.boxes)
             if found is not None:
                 raise InvalidTreeError(*found)
-        object.__setattr__(self, "frame", frame_around(self.nodes["box"][0], self.frame))
+        box = self.nodes["box"][0] if self.n_refs else None
+        object.__setattr__(self, "frame", frame_around(box, self.frame))
 
     def __repr__(self) -> str:
         return (
