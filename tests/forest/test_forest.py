@@ -198,5 +198,10 @@ def test_a_version_of_a_file_is_verified_once(forest: fl.Forest, monkeypatch: py
     verified.clear()
     fl.Forest(forest.path)._store.open(1)
     assert verified == []
-    fl.Forest(forest.path, verify=True)._store.open(1)
+    strict = fl.Forest(forest.path, verify=True)._store
+    strict.open(1)
     assert sum(verified) > 0
+    verified.clear()
+    strict.close()
+    strict.open(1)
+    assert verified == []

@@ -80,6 +80,7 @@ class TileStore:
             )
         self._limit = max(FREE_SHARE * left_bytes(), largest) if memory is None else memory
         self._open: OrderedDict[int, Tile] = OrderedDict()
+        self._opened: set[int] = set()  # those that were open before, too
         self._lock = threading.Lock()
 
     def __len__(self) -> int:
@@ -105,9 +106,11 @@ class TileStore:
             if found is not None:
                 return found
             self._make_room(self.manifest.tiles[number].n_bytes)
-            tile = read_tile(self.folder, number, self.manifest.tiles[number], self.verify)
+            verify = None if self.verify and number in self._opened else self.verify
+            tile = read_tile(self.folder, number, self.manifest.tiles[number], verify)
             with self._lock:
                 self._open[number] = tile
+                self._opened.add(number)
             return tile
 
     def close(self) -> None:
