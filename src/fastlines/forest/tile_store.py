@@ -150,7 +150,7 @@ def read_tile(folder: Path, number: int, facts: TileFacts, verify: bool | None =
         return FileFormatError(f"{path} is not the tile {number} of this forest: {why}; {advice}")
 
     try:
-        trusted = verify is not True and is_verified(path)
+        trusted = verify is not True and is_verified(path, verify)
         more = tree_file.read_more(path, advice=ADVICE)
         if path.stat().st_size != facts.n_bytes or container.digest(path) != facts.digest:
             raise refuse("it is of another build than the manifest")
@@ -165,5 +165,5 @@ def read_tile(folder: Path, number: int, facts: TileFacts, verify: bool | None =
         if not trusted and not np.array_equal(cones, tree.geometry.core_rows):
             raise refuse("its round cones are not those of its segments")
         tree.geometry.__dict__.update(core_rows=np.asarray(cones), cone_rows=np.asarray(cones))
-    set_verified(path)
+    set_verified(path, verify)
     return Tile(number, tree, ids, places)
