@@ -203,5 +203,24 @@ def test_a_version_of_a_file_is_verified_once(forest: fl.Forest, monkeypatch: py
     verified.clear()
     fl.Forest(forest.path)._store.open(1)
     assert verified == []
-    fl.Forest(forest.path, verify=True)._store.open(1)
+    strict = fl.Forest(forest.path, verify=True)._store
+    strict.open(1)
+    assert sum(verified) > 0
+    verified.clear()
+    strict.close()
+    strict.open(1)
+    assert verified == []
+
+
+def test_a_file_opened_without_checksums_is_not_verified(forest: fl.Forest, monkeypatch: pytest.MonkeyPatch) -> None:
+    from fastlines.support import container
+
+    verified = []
+    checksum = container.checksum
+    monkeypatch.setattr(container, "checksum", lambda data: verified.append(memoryview(data).nbytes) or checksum(data))
+    os.utime(forest.path / "00001.flt")
+    for _ in range(2):
+        fl.Forest(forest.path, verify=False)._store.open(1)
+        assert verified == []
+    fl.Forest(forest.path)._store.open(1)
     assert sum(verified) > 0

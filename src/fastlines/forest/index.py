@@ -94,7 +94,7 @@ class Index:
             return FileFormatError(f"{path} is not the index of this forest: {why}; {ADVICE}")
 
         try:
-            trusted = verify is not True and is_verified(path)
+            trusted = verify is not True and is_verified(path, verify)
             arrays, metadata = container.read(path, False if trusted else verify, advice=ADVICE)
         except FileNotFoundError:
             raise refuse("it is missing") from None
@@ -111,7 +111,7 @@ class Index:
             facts: dict[str, Any] = {"kind": Lines.__name__, **json.loads(metadata["sample"])}
             own = {name.removeprefix(SAMPLE): array for name, array in arrays.items() if name.startswith(SAMPLE)}
             sample = from_sections(own, facts, refuse)
-            set_verified(path)
+            set_verified(path, verify)
             return cls(tile_of, strands, arrays["skipped"], arrays["closed"], sample)
         except FileFormatError:
             raise

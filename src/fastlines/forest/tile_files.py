@@ -94,7 +94,7 @@ def tile_facts(tree: Tree, path: Path) -> TileFacts:
 def manifest_of_tree(path: Path, verify: bool | None = None) -> Manifest:
     """Return the manifest of the forest that a tree file is: of one tile."""
     tree = tree_file.read(Tree, path, verify)
-    set_verified(path)
+    set_verified(path, verify)
     geometry = tree.geometry
     counts = len(geometry), geometry.n_strands
     return Manifest(tree.frame_box, *counts, (tile_facts(tree, path),), "", tree.method, facts_of(geometry))

@@ -80,6 +80,7 @@ class TileStore:
             )
         self._limit = max(FREE_SHARE * left_bytes(), largest) if memory is None else memory
         self._open: OrderedDict[int, Tile] = OrderedDict()
+        self._opened: set[int] = set()  # those that were open before, too
         self._lock = threading.Lock()
 
     def __len__(self) -> int:
@@ -105,9 +106,11 @@ class TileStore:
             if found is not None:
                 return found
             self._make_room(self.manifest.tiles[number].n_bytes)
-            tile = read_tile(self.folder, number, self.manifest.tiles[number], self.verify)
+            verify = None if self.verify and number in self._opened else self.verify
+            tile = read_tile(self.folder, number, self.manifest.tiles[number], verify)
             with self._lock:
                 self._open[number] = tile
+                self._opened.add(number)
             return tile
 
     def close(self) -> None:
@@ -147,7 +150,7 @@ def read_tile(folder: Path, number: int, facts: TileFacts, verify: bool | None =
         return FileFormatError(f"{path} is not the tile {number} of this forest: {why}; {advice}")
 
     try:
-        trusted = verify is not True and is_verified(path)
+        trusted = verify is not True and is_verified(path, verify)
         arrays, metadata = container.read(path, False if trusted else verify, advice=ADVICE)
         if path.stat().st_size != facts.n_bytes or container.digest_of(arrays) != facts.digest:
             raise refuse("it is of another build than the manifest")
@@ -163,5 +166,5 @@ def read_tile(folder: Path, number: int, facts: TileFacts, verify: bool | None =
         if not trusted and not np.array_equal(cones, tree.geometry.core_rows):
             raise refuse("its round cones are not those of its segments")
         tree.geometry.__dict__.update(core_rows=np.asarray(cones), cone_rows=np.asarray(cones))
-    set_verified(path)
+    set_verified(path, verify)
     return Tile(number, tree, ids, places)

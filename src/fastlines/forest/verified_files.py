@@ -4,17 +4,22 @@ from __future__ import annotations
 
 from pathlib import Path
 
-_verified: set[tuple[str, int, int, int]] = set()
+#: Without and with their checksums.
+_verified: dict[bool, set[tuple[str, int, int, int]]] = {False: set(), True: set()}
 
 
-def is_verified(path: Path) -> bool:
-    """Return whether this process has verified the file as it is: of its size, time of change and inode."""
-    return _version_of(path) in _verified
+def is_verified(path: Path, verify: bool | None) -> bool:
+    """Return whether this process has verified the file as it is: of its size, time of change and inode.
+
+    Without ``verify=False``, a file that was opened with that is not.
+    """
+    version = _version_of(path)
+    return version in _verified[True] or (verify is False and version in _verified[False])
 
 
-def set_verified(path: Path) -> None:
+def set_verified(path: Path, verify: bool | None) -> None:
     """Trust the file as it is."""
-    _verified.add(_version_of(path))
+    _verified[verify is not False].add(_version_of(path))
 
 
 def _version_of(path: Path) -> tuple[str, int, int, int]:
