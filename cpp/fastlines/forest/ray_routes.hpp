@@ -46,13 +46,10 @@ inline RayRoutes routes_of(const TopTree& top, const RayBatch& rays, unsigned n_
         steps.reserve(2 * rays_per_chunk);
         for (std::size_t i = begin; i < end; ++i) {
           const std::size_t first = steps.size();
-          top.for_each_on_ray(top.routed(rays[i]), [&](std::uint32_t tile, float enter) {
-            const RouteStep step{tile, enter};
-            std::size_t at = steps.size();
-            steps.push_back(step);
-            for (; at > first && comes_first(step, steps[at - 1]); --at) steps[at] = steps[at - 1];
-            steps[at] = step;
-          });
+          top.for_each_on_ray(top.routed(rays[i]),
+                              [&](std::uint32_t tile, float enter) { steps.push_back({tile, enter}); });
+          std::sort(steps.begin() + std::ptrdiff_t(first), steps.end(),
+                    [](const RouteStep& a, const RouteStep& b) { return comes_first(a, b); });
           routes.offsets[i + 1] = std::int64_t(steps.size() - first);
         }
       });
