@@ -20,8 +20,9 @@ from ..support.atomic_write import atomic_write
 from ..support.immutable import Immutable, frozen
 from ..support.metadata import read_only, to_json
 
-#: The file of a manifest in the folder of its forest, and the folder of what a build has not finished.
-FILE, BUILDING = "forest.json", ".building"
+#: The file of a manifest in the folder of its forest, that of what a build was begun with, and the folder of what it
+#: has not finished.
+FILE, BUILD, BUILDING = "forest.json", "build.json", ".building"
 
 FORMAT = "fastlines forest 1"
 
@@ -184,7 +185,7 @@ class Manifest(Immutable):
         try:
             text = path.read_text(encoding="utf-8", errors="replace")
         except FileNotFoundError:
-            if (Path(folder) / BUILDING).is_dir():
+            if any((Path(folder) / name).exists() for name in (BUILDING, BUILD)):
                 raise FileFormatError(
                     f"{folder} is a forest that is half built: it has no {FILE} yet; call fl.build_forest with the "
                     "same source again, which goes on"
