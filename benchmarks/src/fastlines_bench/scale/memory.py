@@ -17,7 +17,7 @@ from .limited import run_limited
 from .questions import QUESTIONS, RADIUS, columns_of, same
 
 #: The share of the limit that a build or a forest is told to use. The rest is for Python, its libraries and answers.
-SHARE = 0.4
+SHARE = 0.3
 
 #: The rays of brute force on the whole scene.
 BRUTE_RAYS = 32
