@@ -388,4 +388,6 @@ def test_a_dry_run_says_what_a_build_takes() -> None:
     assert "20,000 references" in told
     assert "a tile of a forest" in told
     assert not Path("none.flt").exists()
-    assert json.loads(done("info", source, "--json"))["build"]["seconds"] > 0
+    assert facts["seconds"] > 0
+    by_model = json.loads(done("info", source, "--json"))["build"]
+    assert by_model["build_peak_bytes"] > by_model["tree_bytes"] > 0

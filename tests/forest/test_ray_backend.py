@@ -195,3 +195,19 @@ def test_tiles_that_do_not_fit_into_memory_together(forest_and_tree: tuple[Fores
     forest, tree = forest_and_tree
     largest = max(tile.n_bytes for tile in forest.manifest.tiles)
     check(Forest(forest.path, memory=2 * largest), tree, rays_of(tree.geometry))
+
+
+@pytest.mark.skipif(not Path("/proc/self/maps").exists(), reason="the system does not list what is mapped")
+def test_lists_of_hits_keep_no_closed_tile_mapped(tmp_path):
+    lines = fl.scenes.make("bun-hair", 2_000).lines
+    write_forest(lines, tmp_path / "f", np.arange(len(lines)) // 250)
+    largest = max(path.stat().st_size for path in (tmp_path / "f").glob("*.flt"))
+    forest = fl.Forest(tmp_path / "f", memory=2 * largest)
+    origins, directions = fl.Camera.framing(lines).rays(16, 16)
+    mapped = []
+
+    def look(share):
+        mapped.append(Path("/proc/self/maps").read_text().count(f"{tmp_path}/f/0"))
+
+    forest.all_hits(origins, directions, 0.05, progress=look)
+    assert max(mapped) <= 3  # those that are open, and the one that is asked

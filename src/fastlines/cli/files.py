@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import sys
 import warnings
@@ -114,7 +115,7 @@ def open_input(
 
 def is_forest(text: str) -> bool:
     """Return whether a path names the folder of a forest, perhaps a half-built one."""
-    return any((Path(text) / name).exists() for name in (FILE, BUILDING))
+    return any(os.path.exists(os.path.join(text, name)) for name in (FILE, BUILDING))
 
 
 def tree_of(source: Source) -> AnyTree:

@@ -6,7 +6,6 @@ import json
 import shutil
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from functools import partial
 from typing import Annotated, Any
 
 import numpy as np
@@ -17,7 +16,8 @@ import fastlines as fl
 
 from ..errors import FastlinesError, InputError
 from ..progress import reporting
-from ..settings.methods import best_effort, best_settings
+from ..settings.build_memory import expected_refs
+from ..settings.methods import best_settings
 from ..settings.settings import limit_notes
 from ..support.texts import bytes_text, counted
 from ..tree import Tree
@@ -91,7 +91,7 @@ def info(
             radius = _suitable(tree)
         if picture or not is_quick:
             about["radius_for_pictures"] = radius
-    facts["build"] = _build_facts(opened, is_quick)
+    facts["build"] = _build_facts(opened)
     if as_json:
         typer.echo(json.dumps(facts, indent=2))
         return
@@ -99,8 +99,8 @@ def info(
     for line in facts_text(facts):
         typer.echo(line)
     if is_quick:
-        needs = "" if picture or not opened.geometry.is_bare else ", finds a radius for pictures"
-        typer.echo(f"         --full counts duplicates{needs}, and builds samples for the figures of a build")
+        needs = "" if picture or not opened.geometry.is_bare else ", and finds a radius for pictures"
+        typer.echo(f"         --full counts duplicates{needs}")
     if picture and tree is not None:
         typer.echo(draw(shown, tree, radius or 0.0))
 
@@ -115,15 +115,15 @@ def facts_text(facts: Mapping[str, Any]) -> Iterator[str]:
             yield f"{part:>7}  {name:<19} {_text(key, value)}"
 
 
-def _build_facts(opened: Source, is_quick: bool) -> dict[str, Any]:
-    """Return what a build of the default tree takes, or the tree's own numbers with it."""
-    from .dry_run import forecast, memory_facts
+def _build_facts(opened: Source) -> dict[str, Any]:
+    """Return what a build of the default tree takes by the model, or what the tree's own numbers say."""
+    from .dry_run import memory_facts
 
     if isinstance(opened.tree, Tree):
         return memory_facts(opened.tree.n_prims, opened.tree.n_refs, opened.tree.settings)
     n_prims = len(opened.geometry.build_data()[1])
-    sample = None if is_quick else partial(fl.build, effort=best_effort(n_prims))
-    return forecast(opened.geometry, best_settings(n_prims=n_prims), sample)
+    settings = best_settings(n_prims=n_prims)
+    return memory_facts(n_prims, expected_refs(n_prims, settings), settings)
 
 
 @contextmanager

@@ -90,8 +90,9 @@ class ForestRays:
         for block, watched in _blocks(rays, progress, sizes):
             visit = _core.Visit(block.arrays(), self._routes(block, watched, sizes), get_num_threads())
             for tile, opened, part, seen in self._visit(visit, block, watched):
-                lists = self._ask(opened, rays).list_hits(part, surface, k, by_distance, seen)
-                visit.add_lists(tile, lists, opened.ids)
+                offsets, columns = self._ask(opened, rays).list_hits(part, surface, k, by_distance, seen)
+                # The numbers of the whole are looked up now: what the lists keep must not keep the tile open.
+                visit.add_lists(tile, (offsets, _renumbered(columns, opened.ids)), None)
             found.append(visit.merge(surface, k, by_distance, watched.merging()))
             sizes.fit_hits(len(block), int(found[-1][0][-1]))
         return _joined_lists(found)
