@@ -125,11 +125,7 @@ class ForestRays:
         self, walk: _core.FirstHitWalk | _core.AnyHitWalk | _core.NextHitWalk, block: RayBatch, watched: BlockProgress
     ) -> Iterator[tuple[Tile, RayBatch, ProgressCallback | None]]:
         """Yield a tile and the rays that wait for it, until none waits; the caller gives their answers to `walk`."""
-        n_tiles = len(self.top)
-        while True:
-            is_open = np.fromiter(map(self.store.is_open, range(n_tiles)), np.uint8, n_tiles)
-            if (tile := walk.next_tile(is_open)) < 0:
-                return
+        while (tile := walk.next_tile(self.store.is_open)) >= 0:
             opened = self.store.open(tile)
             n_before = walk.n_waiting()
             part = _part(block, *walk.take(tile))
@@ -141,7 +137,7 @@ class ForestRays:
         """Yield each tile and the rays on whose routes it is, those that are open first."""
         n_rays = {tile: n for tile in range(len(self.top)) if (n := visit.n_rays_of(tile))}
         n_all, n_done = sum(n_rays.values()), 0
-        for tile in sorted(n_rays, key=lambda tile: not self.store.is_open(tile)):
+        for tile in sorted(n_rays, key=lambda tile: not self.store.is_open[tile]):
             opened = self.store.open(tile)
             part = _part(block, *visit.take(tile))
             yield tile, opened, part, watched.asking(n_done / n_all, len(part) / n_all)

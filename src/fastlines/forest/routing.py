@@ -21,7 +21,7 @@ def by_tile(store: TileStore, tile: IntArray, progress: ProgressCallback | None 
     named = tile[order]
     begins, ends = np.flatnonzero(np.diff(named, prepend=-1)), np.flatnonzero(np.diff(named, append=-1)) + 1
     groups = list(zip(begins.tolist(), ends.tolist(), strict=True))
-    groups.sort(key=lambda group: not store.is_open(int(tile[order[group[0]]])))
+    groups.sort(key=lambda group: not store.is_open[tile[order[group[0]]]])
     n_done = 0
     for begin, end in groups:
         n_next = n_done + end - begin

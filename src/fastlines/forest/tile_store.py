@@ -79,16 +79,14 @@ class TileStore:
                 f"({bytes_text(largest)}) or more, or build the forest again with a smaller max_segments"
             )
         self._limit = max(FREE_SHARE * left_bytes(), largest) if memory is None else memory
+        #: Whether each tile is open, so that it can be asked at once, (n_tiles,) uint8.
+        self.is_open = np.zeros(len(manifest.tiles), np.uint8)
         self._open: OrderedDict[int, Tile] = OrderedDict()
         self._opened: set[int] = set()  # those that were open before, too
         self._lock = threading.Lock()
 
     def __len__(self) -> int:
         return len(self.manifest.tiles)
-
-    def is_open(self, number: int) -> bool:
-        """Return whether a tile is open, so that it can be asked at once."""
-        return number in self._open
 
     def open(self, number: int) -> Tile:
         """Return a tile; open it, and close those that were not asked for the longest time.
@@ -111,12 +109,14 @@ class TileStore:
             with self._lock:
                 self._open[number] = tile
                 self._opened.add(number)
+                self.is_open[number] = 1
             return tile
 
     def close(self) -> None:
         """Close all tiles."""
         with self._lock:
             self._open.clear()
+            self.is_open[:] = 0
 
     def _known(self, number: int) -> Tile | None:
         """Return a tile if it is open, as the one that was asked last."""
@@ -132,6 +132,7 @@ class TileStore:
             taken = sum(self.manifest.tiles[number].n_bytes for number in self._open)
             while self._open and taken + n_bytes > self._limit:
                 number, _ = self._open.popitem(last=False)
+                self.is_open[number] = 0
                 taken -= self.manifest.tiles[number].n_bytes
 
 

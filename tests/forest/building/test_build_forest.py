@@ -148,7 +148,7 @@ def test_few_segments(tmp_path: Path, n: int) -> None:
     lines = fl.Lines(np.arange(6 * n, dtype=np.float32).reshape(-1, 2, 3))
     assert_holds(fl.build_forest([lines], tmp_path / "one"), lines)
     assert_holds(fl.build_forest([lines, lines[:0]], tmp_path / "two", max_segments=1), lines)
-    assert fl.build_forest([], tmp_path / "none").n_prims == 0
+    assert fl.build_forest(iter([]), tmp_path / "none").n_prims == 0
 
 
 def test_equal_segments_become_runs_of_their_numbers(tmp_path: Path) -> None:
@@ -343,3 +343,10 @@ def test_the_frame_is_that_of_all_lines(tmp_path: Path) -> None:
     with pytest.raises(fl.InputError, match=r"the frame of a forest is the box of all its lines; leave frame= out"):
         fl.build_forest(np.zeros((1, 2, 3)), tmp_path / "forest", frame=[[-9, -9, -9], [9, 9, 9]])
     assert not (tmp_path / "forest").exists()
+
+
+@pytest.mark.parametrize("source", [[], (), None, 3])
+def test_what_is_no_source(source, tmp_path):
+    with pytest.raises(fl.InputError, match=r"source is (empty|None|3); expected a file, several files"):
+        fl.build_forest(source, tmp_path / "f")
+    assert not (tmp_path / "f").exists()

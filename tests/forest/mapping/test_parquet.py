@@ -106,3 +106,8 @@ def test_errors_leave_no_file(tree, tmp_path):
     with pytest.raises(FileNotFoundError):
         fl.query_parquet(tree, tmp_path / "none.parquet", hits, radius=0.1)
     assert [entry.name for entry in tmp_path.iterdir() if entry.name.startswith("hits")] == []
+
+
+def test_hits_are_written_as_parquet_alone(tree, tmp_path):
+    with pytest.raises(fl.InputError, match=r"hits.csv: hits are written as Parquet; name a .parquet file"):
+        fl.query_parquet(tree, tmp_path / "rays.parquet", tmp_path / "hits.csv", radius=0.1)

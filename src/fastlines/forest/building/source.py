@@ -75,13 +75,19 @@ def source_of(given: Any) -> Source:
     OSError
         If a file cannot be read.
     """
+    is_list = isinstance(given, list | tuple)
+    if (is_list and not given) or given is None or isinstance(given, bool | int | float):
+        raise InputError(
+            f"source is {'empty' if is_list else repr(given)}; expected a file, several files, a folder of Parquet "
+            "files, an iterator of chunks, an array of Dask, or lines"
+        )
     if isinstance(given, str | os.PathLike):
         return _of_files([given])
-    if isinstance(given, list | tuple) and given and all(isinstance(part, str | os.PathLike) for part in given):
+    if is_list and all(isinstance(part, str | os.PathLike) for part in given):
         return _of_files(given)
     if hasattr(given, "__dask_graph__"):
         return _of_dask(given)
-    several = all(map(_is_chunk, given)) if isinstance(given, list | tuple) else isinstance(given, Iterable)
+    several = all(map(_is_chunk, given)) if is_list else isinstance(given, Iterable)
     if not several or isinstance(given, AnyGeometry) or hasattr(given, "__array__"):
         given = [given]
     return Source(STREAM, [partial(_of_chunks, given)])

@@ -102,6 +102,8 @@ def query_parquet(
     files = _files(rays)
     if any(os.path.realpath(file) == os.path.realpath(hits) for file in files):
         raise InputError(f"{hits} holds the rays; write the hits to another file")
+    if Path(hits).suffix.lower() != ".parquet":
+        raise InputError(f"{hits}: hits are written as Parquet; name a .parquet file")
     check_target(hits)
     opened = [_opened(parquet, file) for file in files]
     n_rays = sum(file.metadata.num_rows for file in opened)
