@@ -23,12 +23,22 @@ from .figures import Figures
 from .questions import RADIUS, columns_of, same
 
 
+#: How long Dask waits for what does not answer. By default it is half a minute for a connection, and five minutes for a
+#: silent worker.
+PATIENCE = {
+    "distributed.comm.timeouts.connect": "5s",
+    "distributed.comm.timeouts.tcp": "15s",
+    "distributed.scheduler.worker-ttl": "15s",
+}
+
+
 def run_kills(n_segments: int, n_tiles: int, n_rays: int, n_kills: int, progress: Any) -> Figures:
     """Kill one of two workers at a random moment of a query, so often; and cut one off from the scheduler."""
     distributed: Any = optional("distributed", "Dask workers", "cluster")
+    dask: Any = optional("dask", "Dask workers", "cluster")
     rng = np.random.default_rng(35)
     counts = {"the same answer": 0, "one clear error": 0, "another answer": 0}
-    with TemporaryDirectory(prefix="fastlines-bench-") as temporary:
+    with TemporaryDirectory(prefix="fastlines-bench-") as temporary, dask.config.set(PATIENCE):
         folder = Path(temporary) / "forest"
         source = streamlines.chunks(n_segments)
         forest = fl.build_forest(source, folder, max_segments=most_segments(n_segments, n_tiles))
@@ -84,11 +94,8 @@ def _cut_off(forest: Any, rays: Any, expected: Any) -> list[tuple[Any, ...]]:
     if not Namespace.is_possible():
         return []
     distributed: Any = optional("distributed", "Dask workers", "cluster")
-    dask: Any = optional("dask", "Dask workers", "cluster")
     counts = {"the same answer": 0, "one clear error": 0, "another answer": 0}
-    # By default a scheduler waits five minutes for a silent worker.
-    patience = dask.config.set({"distributed.scheduler.worker-ttl": "15s", "distributed.comm.timeouts.tcp": "15s"})
-    with patience, Namespace() as space, local_client(distributed, 1, host=space.host) as client:
+    with Namespace() as space, local_client(distributed, 1, host=space.host) as client:
         worker = space.start_worker(client.scheduler.address)
         try:
             client.wait_for_workers(2, timeout=60)
