@@ -22,7 +22,6 @@ from .cluster import local_client
 from .figures import Figures
 from .questions import RADIUS, columns_of, same
 
-
 #: How long Dask waits for what does not answer. By default it is half a minute for a connection, and five minutes for a
 #: silent worker.
 PATIENCE = {
