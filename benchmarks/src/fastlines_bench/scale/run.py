@@ -45,7 +45,7 @@ class ScalePreset(Preset):
     cluster_segments: int = sized(5_000_000, 50_000)
     cluster_rays: int = sized(20_000_000, 100_000)
     rounds: int = sized(3, 1)
-    kill_rays: int = sized(4_000_000, 200_000)
+    kill_rays: int = sized(1_000_000, 200_000)
     kills: int = sized(20, 2)
     growth_sizes: tuple[int, ...] = sized((100_000, 1_000_000, 10_000_000, 50_000_000), (20_000, 100_000))
     growth_rays: tuple[int, ...] = sized((100_000, 1_000_000, 10_000_000, 100_000_000), (10_000, 100_000))
