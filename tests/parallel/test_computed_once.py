@@ -62,11 +62,11 @@ def test_a_query_does_not_wait_for_the_layout_of_another_tree(monkeypatch: pytes
     large, small = fl.build(SEGMENTS), fl.build(SEGMENTS[:5])
     build_layout = fastlines.cuda.placed_tree.build_layout
 
-    def build(geometry: Any, *arguments: Any) -> Any:
+    def build(geometry: Any, *arguments: Any, **how: Any) -> Any:
         if geometry is large.geometry:
             entered.set()
             assert may_end.wait(HANGS)
-        return build_layout(geometry, *arguments)
+        return build_layout(geometry, *arguments, **how)
 
     monkeypatch.setattr(fastlines.cuda.placed_tree, "build_layout", build)
     with ThreadPoolExecutor() as pool:
