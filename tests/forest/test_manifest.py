@@ -62,7 +62,7 @@ def test_a_folder_without_a_manifest(tmp_path: Path) -> None:
     (tmp_path / manifest.BUILD).write_text("{}")
     with pytest.raises(fl.FileFormatError, match=r"half built.*call fl.build_forest with the same source again"):
         Manifest.read(tmp_path)
-    with pytest.raises(FileNotFoundError, match=r"no such file or folder; check the path"):
+    with pytest.raises(FileNotFoundError, match=r"no such folder or tree file; check the path"):
         Manifest.read(tmp_path / "nowhere")
 
 

@@ -163,7 +163,6 @@ def test_bytes_that_were_dropped_are_not_an_empty_file():
         source.text,
         lambda: source.start(3),
         lambda: list(source.pieces()),
-        source.finish,
     ):
         with pytest.raises(RuntimeError, match=r"a\.xyz: its bytes are needed after they were dropped"):
             ask()

@@ -23,7 +23,8 @@ def crossing_tree() -> Tree:
 
 def test_planes_hold_the_tree() -> None:
     tree = crossing_tree()
-    nodes, prims, depth, corners = tree.planes
+    nodes, prims, depth, corners, frame_corners = tree.planes
+    assert frame_corners == corners
     assert depth == tree.stats()["depth"]
     assert np.array_equal(prims, tree.refs["prim"])
     assert np.array_equal(np.reshape(corners, (2, 3)), tree.nodes["box"][0])
