@@ -216,10 +216,11 @@ class Visit {
     for (std::size_t j = 0; j < rays.size(); ++j) counts.data()[rays[j]] += found.data()[j];
   }
 
-  void add_lists(std::size_t tile, FoundLists found, Ids ids) {
+  /// Adds the lists of a tile, whose hits have the numbers of the forest: lists must not keep a tile open.
+  void add_lists(std::size_t tile, FoundLists found) {
     const auto& [offsets, hits] = found;
-    lists_[tile] = {{offsets.data(), offsets.size()}, columns_of(hits), ids_of(ids)};
-    arrays_.emplace_back(std::move(found), std::move(ids));
+    lists_[tile] = {{offsets.data(), offsets.size()}, columns_of(hits)};
+    arrays_.push_back(std::move(found));
   }
 
   /// The merged lists: all hits, or the best k.
@@ -241,7 +242,7 @@ class Visit {
   unsigned n_threads_;
   TileRays visits_;
   std::vector<TileLists> lists_;
-  std::vector<std::pair<FoundLists, Ids>> arrays_;  // what the lists point into
+  std::vector<FoundLists> arrays_;  // what the lists point into
 };
 
 }  // namespace
@@ -269,7 +270,7 @@ void bind_forest(nb::module_& m) {
       .def("n_rays_of", &Visit::n_rays_of, "tile"_a)
       .def("take", &Visit::take, "tile"_a)
       .def("add_counts", &Visit::add_counts, "tile"_a, "found"_a, "counts"_a)
-      .def("add_lists", &Visit::add_lists, "tile"_a, "found"_a, "ids"_a.none())
+      .def("add_lists", &Visit::add_lists, "tile"_a, "found"_a)
       .def("merge", &Visit::merge, "surface"_a, "k"_a.none(), "by_distance"_a, "progress"_a.none());
 }
 

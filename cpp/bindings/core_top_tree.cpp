@@ -110,13 +110,6 @@ TileRows tiles_in_boxes(const TopTree& top, Input<double> low, Input<double> hig
       [](std::size_t) { return 0.0; });
 }
 
-TileRows tiles_near_tiles(const TopTree& top, double radius, bool surface) {
-  return near_boxes(
-      top, top.n_tiles(), surface, [&](std::size_t i) { return top.tile(i).box.lo; },
-      [&](std::size_t i) { return top.tile(i).box.hi; },
-      [&](std::size_t i) { return radius + (surface ? double(top.tile(i).max_radius) : 0.0); });
-}
-
 }  // namespace
 
 void bind_top_tree(nb::module_& m) {
@@ -132,8 +125,7 @@ void bind_top_tree(nb::module_& m) {
           "boxes"_a.noconvert(), "max_radius"_a.noconvert(), "frame"_a)
       .def("nearest_tiles", &nearest_tiles, "points"_a, "k"_a, "surface"_a, "n_threads"_a, "progress"_a.none())
       .def("tiles_within", &tiles_within, "points"_a, "radius"_a, "surface"_a)
-      .def("tiles_in_boxes", &tiles_in_boxes, "low"_a, "high"_a, "surface"_a)
-      .def("tiles_near_tiles", &tiles_near_tiles, "radius"_a, "surface"_a);
+      .def("tiles_in_boxes", &tiles_in_boxes, "low"_a, "high"_a, "surface"_a);
 }
 
 }  // namespace fastlines

@@ -113,6 +113,7 @@ void check_lists(const Forest& forest, const RayBatch& rays, At at, Keep keep, s
   const TileRays visits(routes_of(top, rays, 2, progress), rays);
   std::vector<HitAssembler*> found(top.n_tiles());
   std::vector<LargeVector<std::int64_t>> offsets(top.n_tiles());
+  std::vector<std::vector<std::int64_t>> global(top.n_tiles());
   std::vector<TileLists> lists(top.n_tiles());
   std::vector<std::unique_ptr<HitAssembler>> kept;
   for (std::size_t tile = 0; tile < top.n_tiles(); ++tile) {
@@ -122,9 +123,9 @@ void check_lists(const Forest& forest, const RayBatch& rays, At at, Keep keep, s
     if (limits.empty()) continue;
     list_hits(forest.of_tile(tile), some_rays.batch(), 1, progress, to, at, keep, k);
     offsets[tile] = to.offsets();
-    lists[tile] = {offsets[tile],
-                   {to.t.data(), to.prim.data(), to.u.data(), to.distance.data(), to.t_out.data()},
-                   {forest.ids[tile]}};
+    const GlobalIds ids{forest.ids[tile]};
+    for (std::int64_t i = 0; i < offsets[tile].back(); ++i) global[tile].push_back(ids(to.prim.data()[i]));
+    lists[tile] = {offsets[tile], {to.t.data(), global[tile].data(), to.u.data(), to.distance.data(), to.t_out.data()}};
   }
   const ListMerge merge(visits, lists, keep, k);
   const auto merged_offsets = merge.offsets(2);
@@ -142,10 +143,13 @@ void check_lists(const Forest& forest, const RayBatch& rays, At at, Keep keep, s
   // The first k, from tile to tile.
   if (keep != Keep::first || k > 100) return;
   NextHits next(rays.size(), std::size_t(k));
-  for (std::size_t tile = 0; tile < top.n_tiles(); ++tile)
+  for (std::size_t tile = 0; tile < top.n_tiles(); ++tile) {
+    HitColumns of_tile = lists[tile].hits;
+    of_tile.prim = kept[tile]->prim.data();
     for (std::size_t j = 0; j < visits.of_tile(tile).size(); ++j)
-      next.add(visits.of_tile(tile)[j], lists[tile].hits, std::size_t(offsets[tile][j]),
-               std::size_t(offsets[tile][j + 1]), lists[tile].ids);
+      next.add(visits.of_tile(tile)[j], of_tile, std::size_t(offsets[tile][j]), std::size_t(offsets[tile][j + 1]),
+               {forest.ids[tile]});
+  }
   same = true;
   for (std::size_t i = 0; i < rays.size(); ++i) {
     const std::span<const Hit> hits = next.of(i);

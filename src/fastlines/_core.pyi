@@ -400,7 +400,6 @@ class TopTree:
     def tiles_in_boxes(
         self, low: NDArray[numpy.float64], high: NDArray[numpy.float64], surface: bool
     ) -> tuple[NDArray[numpy.int64], NDArray[numpy.int64]]: ...
-    def tiles_near_tiles(self, radius: float, surface: bool) -> tuple[NDArray[numpy.int64], NDArray[numpy.int64]]: ...
 
 class Walk:
     def next_tile(self, is_open: NDArray[numpy.uint8]) -> int: ...
@@ -578,7 +577,6 @@ class Visit:
                 NDArray[numpy.float32] | None,
             ],
         ],
-        ids: NDArray[numpy.int64] | None,
     ) -> None: ...
     def merge(
         self, surface: bool, k: int | None, by_distance: bool, progress: object | None

@@ -203,11 +203,13 @@ def test_a_version_of_a_file_is_verified_once(forest: fl.Forest, monkeypatch: py
     verified.clear()
     fl.Forest(forest.path)._store.open(1)
     assert verified == []
-    strict = fl.Forest(forest.path, verify=True)._store
+    largest = max(tile.n_bytes for tile in forest.manifest.tiles)
+    strict = fl.Forest(forest.path, verify=True, memory=largest)._store
     strict.open(1)
+    strict.open(0)  # which closes the other one
     assert sum(verified) > 0
     verified.clear()
-    strict.close()
+    assert strict.is_open.tolist() == [1, 0, 0]
     strict.open(1)
     assert verified == []
 

@@ -168,11 +168,11 @@ def test_a_pickle_opens_the_folder_again(forest: fl.Forest, lines: fl.Lines) -> 
 
 
 def test_it_is_not_in_memory(forest: fl.Forest) -> None:
-    with pytest.raises(fl.InputError, match="is not in memory; only its tiles are asked"):
+    with pytest.raises(fl.InputError, match="is not in memory; its tiles are queried"):
         forest.geometry.core_data()
-    with pytest.raises(fl.InputError, match="is not in memory; only its tiles are asked"):
+    with pytest.raises(fl.InputError, match="is not in memory; its tiles are queried"):
         fl.build(forest.geometry)
-    with pytest.raises(fl.InputError, match="a forest is asked on the CPU"):
+    with pytest.raises(fl.InputError, match="forests are queried on the CPU"):
         forest.geometry.require_gpu()
 
 

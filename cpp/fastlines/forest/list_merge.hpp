@@ -10,10 +10,10 @@
 namespace fastlines {
 
 /// The lists of a tile: those of its j-th ray are from offsets[j] up to offsets[j + 1], in the order that `Keep` gives.
+/// Hits have the numbers of the forest.
 struct TileLists {
   std::span<const std::int64_t> offsets;
   HitColumns hits;
-  GlobalIds ids;
 };
 
 /// The rays that each tile is queried with: all whose routes lead there.
@@ -97,11 +97,7 @@ class ListMerge {
     Hit first;
 
     /// Hit i of the list, without its t_out.
-    Hit hit(std::size_t i) const {
-      Hit hit = of->hits[i];
-      hit.prim = of->ids(hit.prim);
-      return hit;
-    }
+    Hit hit(std::size_t i) const { return of->hits[i]; }
   };
 
   /// Write the hits of a ray, [at, end) of all.
@@ -152,7 +148,7 @@ class ListMerge {
     const HitColumns& from = run.of->hits;
     for (std::size_t i = 0; i < n; ++i) {
       to.t[at + i] = from.t[run.at + i];
-      to.prim[at + i] = run.of->ids(from.prim[run.at + i]);
+      to.prim[at + i] = from.prim[run.at + i];
       to.u[at + i] = from.u[run.at + i];
       to.distance[at + i] = from.distance[run.at + i];
     }

@@ -26,7 +26,7 @@ class PlacedTree(TreeData):
     @computed_once
     def layout(self) -> Layout:
         """The wide layout, which queries run on; built on the first query, and kept."""
-        return build_layout(self.geometry, *self.words(), self.nodes["box"][0], frame=self.frame)
+        return build_layout(self.geometry, *self.words(), self.box, frame=self.frame)
 
     def to(self: Self, backend: str) -> Self:
         """Return this tree with a backend that answers its queries: "cpu" or "cuda".

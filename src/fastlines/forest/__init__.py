@@ -1,1 +1,1 @@
-"""Forests: folders of trees over tiles of one scene, which are asked as one tree."""
+"""Forests: folders of trees over tiles of one scene, queried as one tree."""

@@ -68,7 +68,7 @@ class Forest(RayQueries, ProximityQueries, PairQueries, BoxQueries):
     ----------
     path : Path
     geometry : geometry of the whole
-        Hits know it. It asks the tiles for what it has no place for: attributes, tangents, points.
+        Hits refer to it. It reads attributes, tangents and points from the tiles.
 
     Raises
     ------

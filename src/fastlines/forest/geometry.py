@@ -1,4 +1,4 @@
-"""The primitives of a forest as one geometry, which asks those of its tiles."""
+"""The primitives of a forest as one geometry, which reads those of its tiles."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from .index import Index
 from .manifest import Manifest
 from .tile_store import Tile, TileStore
 
-#: What a tile is asked: with rows of the question, and the numbers of their primitives in the tile.
+#: A call for one tile: its geometry, the rows that it fills, and the numbers of their primitives in the tile.
 Ask = Callable[[AnyGeometry, IntArray, IntArray], Any]
 
 #: Of how many of the first primitives strands are counted, and their turns are found, to choose a look.
@@ -102,7 +102,7 @@ class ForestGeometry(AnyGeometry):
     @property
     def core_rows(self) -> FloatArray:
         """Those of tiles alone are in memory."""
-        raise InputError(f"{self!r} is not in memory; only its tiles are asked, one after the other")
+        raise InputError(f"{self!r} is not in memory; its tiles are queried one after the other")
 
     def build_data(self) -> CoreData:
         """See `core_rows`."""
@@ -115,7 +115,7 @@ class ForestGeometry(AnyGeometry):
 
     def require_gpu(self) -> None:
         """See `AnyGeometry`."""
-        raise InputError("a forest is asked on the CPU; load a tile of it as a tree, and place that on a GPU")
+        raise InputError("forests are queried on the CPU; load a tile of it as a tree, and place that on a GPU")
 
     # --- Extent ---
 

@@ -1,4 +1,4 @@
-"""Points and a forest: each point asks the tiles that may hold its answers, and the answers of tiles are merged."""
+"""Points and a forest: the tiles that may hold the answers of a point are queried, and their answers are merged."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ from .routing import by_tile, in_tile, in_whole
 from .tile_store import Tile, TileStore
 from .top_tree import TopTree
 
-#: The most points that look for their nearest tiles at a time; sorted by tile, so that few tiles are asked.
+#: The most points that look for their nearest tiles at a time; sorted by tile, so that few tiles are queried.
 MOST_POINTS = 1 << 20
 
 #: The points that look first for the tiles within their radius, and about how many pairs of a point and a tile there
 #: are at a time; the nearest tiles of points are no more.
 FIRST_POINTS, MOST_PAIRS = 1 << 16, 1 << 23
 
-#: Each round asks this many times as many tiles as before.
+#: Each round queries this many times as many tiles as before.
 MORE_TILES = 4
 
 #: Covers what squaring rounds in the distance of a tie, as a fraction of it.
@@ -40,7 +40,7 @@ class ForestPoints:
     top: TopTree
 
     def nearest(self, points: PointBatch, k: int, progress: ProgressCallback | None) -> NearColumns:
-        """See `PointBackend`; the next tiles are asked while they may hold what is nearer than the k-th so far."""
+        """See `PointBackend`; the next tiles are queried while they may hold what is nearer than the k-th so far."""
         n = len(points)
         best = _Best.of(n, k)
         order = np.arange(n) if n <= MOST_POINTS else self._sorted(points)
@@ -76,7 +76,7 @@ class ForestPoints:
     def _find_nearest(
         self, points: PointBatch, rows: IntArray, best: _Best, progress: ProgressCallback | None, n_asked: int = 0
     ) -> None:
-        """Ask the 1, 4, 16, … nearest tiles of some points, until the next one is too far away."""
+        """Query the 1, 4, 16, … nearest tiles of some points, until the next one is too far away."""
         n_tiles, done = len(self.store), 0.0
         while len(rows) and n_asked < n_tiles:
             n_next = min(max(1, MORE_TILES * n_asked), n_tiles)
@@ -96,12 +96,12 @@ class ForestPoints:
                 limit = best.limit(points, row)
                 near = bound <= limit
                 if near.any():
-                    self._ask(found, points, row[near], limit[near], best, of_tile)
+                    self._query_tile(found, points, row[near], limit[near], best, of_tile)
             rows = rows[(tile[:, -1] >= 0) & (distance[:, -1] <= best.limit(points, rows))]
             n_asked, done = n_next, (1 + done) / 2
 
     @staticmethod
-    def _ask(
+    def _query_tile(
         tile: Tile,
         points: PointBatch,
         rows: IntArray,

@@ -15,6 +15,7 @@ from ..progress import ProgressCallback, staged
 from ..query.backend import Backend, HitColumns, HitLists
 from ..query.rays import NO_LIMIT, NO_SPREAD, RayBatch
 from ..threads import get_num_threads
+from .routing import in_whole
 from .tile_store import Tile, TileStore
 from .top_tree import TopTree
 
@@ -31,27 +32,27 @@ class ForestRays:
         """See `Backend`."""
         if len(self.top) == 1:
             opened = self.store.open(0)
-            return _renumbered(self._ask(opened, rays).first_hit(rays, surface, progress), opened.ids)
+            return _in_whole(opened, self._backend(opened, rays).first_hit(rays, surface, progress))
         found: list[HitColumns] = []
         sizes = RayBlocks(len(self.top))
         for block, watched in _blocks(rays, progress, sizes):
             routes = self._routes(block, watched, sizes)
             walk = _core.FirstHitWalk(block.arrays(), routes, surface, get_num_threads())
             for opened, part, seen in self._walk(walk, block, watched):
-                walk.give(self._ask(opened, rays).first_hit(part, surface, seen), opened.ids)
+                walk.give(self._backend(opened, rays).first_hit(part, surface, seen), opened.ids)
             found.append(walk.hits())
         return _joined_columns(found)
 
     def any_hit(self, rays: RayBatch, progress: ProgressCallback | None) -> npt.NDArray[np.bool_]:
         """See `Backend`."""
         if len(self.top) == 1:
-            return self._ask(self.store.open(0), rays).any_hit(rays, progress)
+            return self._backend(self.store.open(0), rays).any_hit(rays, progress)
         found = []
         sizes = RayBlocks(len(self.top))
         for block, watched in _blocks(rays, progress, sizes):
             walk = _core.AnyHitWalk(block.arrays(), self._routes(block, watched, sizes), get_num_threads())
             for opened, part, seen in self._walk(walk, block, watched):
-                walk.give(self._ask(opened, rays).any_hit(part, seen))
+                walk.give(self._backend(opened, rays).any_hit(part, seen))
             found.append(walk.found())
         joined: npt.NDArray[np.bool_] = _joined(found)
         return joined
@@ -59,7 +60,7 @@ class ForestRays:
     def count_hits(self, rays: RayBatch, progress: ProgressCallback | None) -> IntArray:
         """See `Backend`."""
         if len(self.top) == 1:
-            return self._ask(self.store.open(0), rays).count_hits(rays, progress)
+            return self._backend(self.store.open(0), rays).count_hits(rays, progress)
         counts = np.zeros(len(rays), np.int64)
         begin = 0
         sizes = RayBlocks(len(self.top))
@@ -67,7 +68,7 @@ class ForestRays:
             visit = _core.Visit(block.arrays(), self._routes(block, watched, sizes), get_num_threads())
             of_block = counts[begin : begin + len(block)]
             for tile, opened, part, seen in self._visit(visit, block, watched):
-                visit.add_counts(tile, self._ask(opened, rays).count_hits(part, seen), of_block)
+                visit.add_counts(tile, self._backend(opened, rays).count_hits(part, seen), of_block)
             begin += len(block)
         return counts
 
@@ -81,8 +82,8 @@ class ForestRays:
         """See `Backend`."""
         if len(self.top) == 1:
             opened = self.store.open(0)
-            offsets, columns = self._ask(opened, rays).list_hits(rays, surface, k, by_distance, progress)
-            return offsets, _renumbered(columns, opened.ids)
+            offsets, columns = self._backend(opened, rays).list_hits(rays, surface, k, by_distance, progress)
+            return offsets, _in_whole(opened, columns)
         if k is not None and not by_distance and k <= RayBlocks.MAX_KEPT:
             return self._next_hits(rays, surface, k, progress)
         found: list[HitLists] = []
@@ -90,9 +91,8 @@ class ForestRays:
         for block, watched in _blocks(rays, progress, sizes):
             visit = _core.Visit(block.arrays(), self._routes(block, watched, sizes), get_num_threads())
             for tile, opened, part, seen in self._visit(visit, block, watched):
-                offsets, columns = self._ask(opened, rays).list_hits(part, surface, k, by_distance, seen)
-                # The numbers of the whole are looked up now: what the lists keep must not keep the tile open.
-                visit.add_lists(tile, (offsets, _renumbered(columns, opened.ids)), None)
+                offsets, columns = self._backend(opened, rays).list_hits(part, surface, k, by_distance, seen)
+                visit.add_lists(tile, (offsets, _in_whole(opened, columns)))
             found.append(visit.merge(surface, k, by_distance, watched.merging()))
             sizes.fit_hits(len(block), int(found[-1][0][-1]))
         return _joined_lists(found)
@@ -105,14 +105,14 @@ class ForestRays:
             routes = self._routes(block, watched, sizes)
             walk = _core.NextHitWalk(block.arrays(), routes, k, surface, get_num_threads())
             for opened, part, seen in self._walk(walk, block, watched):
-                walk.give(self._ask(opened, rays).list_hits(part, surface, k, False, seen), opened.ids)
+                walk.give(self._backend(opened, rays).list_hits(part, surface, k, False, seen), opened.ids)
             found.append(walk.lists())
         return _joined_lists(found)
 
-    def _ask(self, opened: Tile, rays: RayBatch) -> Backend:
-        """Return what answers some of these rays. All rays of a batch have the same kind of kernel.
+    def _backend(self, opened: Tile, rays: RayBatch) -> Backend:
+        """Return what answers some of these rays in a tile. All rays of a batch have the same kind of kernel.
 
-        What rays leave out is none of its business: its numbers are those of the whole.
+        It ignores no primitives, because `Ignored` has the numbers of the whole.
         """
         return opened.tree._backend(self.kernel, replace(rays, ignored=()))
 
@@ -129,7 +129,7 @@ class ForestRays:
             opened = self.store.open(tile)
             n_before = walk.n_waiting()
             part = _part(block, *walk.take(tile))
-            yield opened, part, watched.asking(1 - n_before / len(block), len(part) / len(block) / 2)
+            yield opened, part, watched.querying(1 - n_before / len(block), len(part) / len(block) / 2)
 
     def _visit(
         self, visit: _core.Visit, block: RayBatch, watched: BlockProgress
@@ -140,7 +140,7 @@ class ForestRays:
         for tile in sorted(n_rays, key=lambda tile: not self.store.is_open[tile]):
             opened = self.store.open(tile)
             part = _part(block, *visit.take(tile))
-            yield tile, opened, part, watched.asking(n_done / n_all, len(part) / n_all)
+            yield tile, opened, part, watched.querying(n_done / n_all, len(part) / n_all)
             n_done += len(part)
 
 
@@ -153,7 +153,7 @@ class RayBlocks:
     FIRST_RAYS, HITS = 1 << 18, 1 << 24
     #: The steps from tile to tile of all rays of a block, which may be as many as tiles; each takes up to 16 bytes.
     STEPS = 1 << 26
-    #: The most hits a ray of which the first k are kept while it goes from tile to tile. For more, all tiles are asked.
+    #: The most hits that are kept of a ray while it goes from tile to tile. For more, it visits all tiles.
     MAX_KEPT = 64
 
     def __init__(self, n_tiles: int, *, most: int | None = None, first: int | None = None) -> None:
@@ -184,7 +184,7 @@ class BlockProgress:
         """Return what the search for routes reports to."""
         return self._part(0.0, 0.1)
 
-    def asking(self, begin: float, share: float) -> ProgressCallback | None:
+    def querying(self, begin: float, share: float) -> ProgressCallback | None:
         """Return what a query of a tile reports to."""
         return self._part(0.1 + 0.8 * begin, 0.8 * share)
 
@@ -230,12 +230,10 @@ def _part(
     return RayBatch((len(origins),), *arrays, none, limit=limit, has_spread=rays.has_spread)
 
 
-def _renumbered(columns: HitColumns, ids: IntArray | None) -> HitColumns:
-    """Return hits with the numbers of the forest, of which -1 stays."""
-    t, prim, *others = columns
-    if ids is not None and len(ids):
-        prim = np.where(prim < 0, prim, ids[prim])
-    return (t, prim, *others)  # type: ignore[return-value]
+def _in_whole(tile: Tile, columns: HitColumns) -> HitColumns:
+    """Return hits of a tile with the numbers of the whole."""
+    t, prim, u, distance, t_out = columns
+    return t, in_whole(tile, prim), u, distance, t_out
 
 
 def _joined(parts: Sequence[Any]) -> Any:

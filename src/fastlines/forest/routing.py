@@ -34,10 +34,13 @@ def by_tile(store: TileStore, tile: IntArray, progress: ProgressCallback | None 
 
 def in_whole(tile: Tile, prim: IntArray) -> IntArray:
     """Return the numbers in the whole of primitives of a tile; -1 for a miss."""
-    if tile.ids is None or not len(prim):
+    if tile.ids is None:
         return prim
-    found: IntArray = tile.ids[prim]
-    return np.where(prim < 0, -1, found) if prim.min() < 0 else found
+    if prim.min(initial=0) < 0:
+        found, is_hit = np.full(prim.shape, -1), prim >= 0
+        found[is_hit] = tile.ids[prim[is_hit]]
+        return found
+    return np.asarray(tile.ids[prim])
 
 
 def in_tile(tile: Tile, prim: IntArray) -> IntArray:

@@ -86,7 +86,7 @@ def tile_facts(tree: Tree, path: Path) -> TileFacts:
     """Return what a manifest says of a tile, from its tree and its file."""
     geometry = tree.geometry
     least, most = geometry.radius_range or (0.0, 0.0)
-    counts = len(geometry), tree.n_refs, np.array(tree.nodes["box"][0])
+    counts = len(geometry), tree.n_refs, np.array(tree.box)
     n_bytes = path.stat().st_size
     return TileFacts(path.name, *counts, least, most, geometry.total_length, n_bytes, container.digest(path))
 

@@ -1,4 +1,4 @@
-"""The tiles of a forest: mapped when they are asked, and kept open within a bound on memory."""
+"""The tiles of a forest: mapped when they are queried, and kept open within a bound on memory."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class Tile:
 
 
 class TileStore:
-    """Opens the tiles of a forest, for any number of threads; those that were asked last stay open.
+    """Opens the tiles of a forest, for any number of threads; those that were used last stay open.
 
     Parameters
     ----------
@@ -79,7 +79,7 @@ class TileStore:
                 f"({bytes_text(largest)}) or more, or build the forest again with a smaller max_segments"
             )
         self._limit = max(FREE_SHARE * left_bytes(), largest) if memory is None else memory
-        #: Whether each tile is open, so that it can be asked at once, (n_tiles,) uint8.
+        #: Whether each tile is open, so that it can be queried at once, (n_tiles,) uint8.
         self.is_open = np.zeros(len(manifest.tiles), np.uint8)
         self._open: OrderedDict[int, Tile] = OrderedDict()
         self._opened: set[int] = set()  # those that were open before, too
@@ -89,7 +89,7 @@ class TileStore:
         return len(self.manifest.tiles)
 
     def open(self, number: int) -> Tile:
-        """Return a tile; open it, and close those that were not asked for the longest time.
+        """Return a tile; open it, and close those that were not used for the longest time.
 
         Raises
         ------
@@ -112,14 +112,8 @@ class TileStore:
                 self.is_open[number] = 1
             return tile
 
-    def close(self) -> None:
-        """Close all tiles."""
-        with self._lock:
-            self._open.clear()
-            self.is_open[:] = 0
-
     def _known(self, number: int) -> Tile | None:
-        """Return a tile if it is open, as the one that was asked last."""
+        """Return a tile if it is open, as the one that was used last."""
         with self._lock:
             if number not in self._open:
                 return None

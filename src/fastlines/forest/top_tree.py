@@ -85,13 +85,3 @@ class TopTree:
         """Return the tiles of which a part, with its radius, may be in each box, (n, 3) corners: offsets and tiles."""
         low, high = (np.ascontiguousarray(corner, np.float64).reshape(-1, 3) for corner in (low, high))
         return self.core.tiles_in_boxes(low, high, True)
-
-    def tile_pairs(self, radius: float, surface: bool = True) -> tuple[IntArray, IntArray]:
-        """Return the pairs of tiles i <= j that may hold primitives within the radius of each other.
-
-        With `surface` distances are between surfaces, else between axes.
-        """
-        offsets, other = self.core.tiles_near_tiles(radius, surface)
-        one = np.repeat(np.arange(len(self), dtype=np.int64), np.diff(offsets))
-        kept = one <= other
-        return one[kept], other[kept]

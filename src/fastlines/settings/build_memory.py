@@ -95,8 +95,8 @@ def most_prims(memory: int, settings: Settings, refs_a_prim: float = 1.5, n_thre
     n_refs = round(refs_a_prim * many)
     fixed = OF_THREAD * n_threads
     building = build_bytes(many, settings, n_refs, n_threads) - fixed
-    asking = tree_bytes(n_refs, settings) + layout_bytes(n_refs)[1]
-    return max(0, int((memory - fixed) / (INPUT + max(building, asking) / many)))
+    querying = tree_bytes(n_refs, settings) + layout_bytes(n_refs)[1]
+    return max(0, int((memory - fixed) / (INPUT + max(building, querying) / many)))
 
 
 def layout_bytes(n_refs: int) -> tuple[int, int]:

@@ -116,7 +116,7 @@ class TreeData(Shown, Immutable):
             found = _core.check(*self.geometry.build_data(), *self.words(), self.settings.boxes)
             if found is not None:
                 raise InvalidTreeError(*found)
-        box = self.nodes["box"][0] if self.n_refs else None
+        box = self.box if self.n_refs else None
         object.__setattr__(self, "frame", frame_around(box, self.frame))
 
     def __repr__(self) -> str:
@@ -148,7 +148,7 @@ class TreeData(Shown, Immutable):
     @computed_once
     def frame_box(self) -> npt.NDArray[np.float32]:
         """The box that defines the coordinates that queries compute in, (2, 3): `frame`, or the root's box."""
-        return np.asarray(self.nodes["box"][0] if self.frame is None else self.frame)
+        return np.asarray(self.box if self.frame is None else self.frame)
 
     @property
     def is_leaf(self) -> npt.NDArray[np.bool_]:
@@ -329,7 +329,7 @@ class TreeData(Shown, Immutable):
     @computed_once
     def planes(self) -> Planes:
         """A KD tree in the form that ``kernel="binary"`` searches; made on the first such query, and kept."""
-        corners, frame = (tuple(box.reshape(-1).tolist()) for box in (self.nodes["box"][0], self.frame_box))
+        corners, frame = (tuple(box.reshape(-1).tolist()) for box in (self.box, self.frame_box))
         nodes, prims, depth = _core.planes(*self.words(), frame)
         return Planes(own(nodes), own(prims), depth, corners, frame)
 

@@ -71,7 +71,7 @@ def scale(
 ) -> None:
     """Measure forests of trees.
 
-    answers compares every query of forests of 1, 7 and 64 tiles with one tree, bit for bit. memory builds and asks 50
+    answers compares every query of forests of 1, 7 and 64 tiles with one tree, bit for bit. memory handles 50
     million segments within 4 GB. cluster times Dask workers beside one process. kills and restarts end workers and
     builds at random moments. growth fits times as powers of segments, rays and tiles.
 

@@ -147,7 +147,7 @@ def lookahead(
 def opening(
     segments: Annotated[int, typer.Option("--segments", help="The number of segments.", min=1)] = 1_000_000,
 ) -> None:
-    """Time how long it takes to open a saved tree, and to ask the first query, with and without a saved layout."""
+    """Time how long it takes to open a saved tree, and to run the first query, with and without a saved layout."""
     print_opening(segments)
 
 

@@ -19,7 +19,7 @@ from ..harness.subjects import Subject, scene_subject, tapered
 from .figures import Figures
 from .questions import columns_of, same
 
-#: What asks a tree or a forest, and returns the answer.
+#: Queries a tree or a forest, and returns the answer.
 Ask = Callable[[Any], Any]
 
 
@@ -59,7 +59,7 @@ def questions(subject: Subject, lines: fl.Lines, n_rays: int) -> Iterator[tuple[
 def run_answers(
     scenes: tuple[str, ...], n_segments: int | None, tiles: tuple[int, ...], n_rays: int, progress: Any
 ) -> Figures:
-    """Ask forests of each scene, with and without radii of their own, and compare each answer with that of one tree."""
+    """Query forests of each scene, of thin and of thick lines, and compare each answer with that of one tree."""
     rows, n_wrong = [], 0
     for i, name in enumerate(scenes):
         subject = scene_subject(name, n_segments)
@@ -79,7 +79,7 @@ def run_answers(
     heads = ("scene", "lines", "segments", "tiles", "answers", "different", "which")
     notes = [
         f"{n_rays:,} rays and points for each query, a sixteenth of them for lists. After each forest one of its tiles "
-        "is built again by another method, and first hits are asked once more."
+        "is built again by another method, and first hits are compared once more."
     ]
     checks = [Check("answers that differ from those of one tree", float(n_wrong), 0.0, scene="all scenes")]
     return Figures("answers", "the answers of forests, beside those of one tree", heads, rows, notes, checks)

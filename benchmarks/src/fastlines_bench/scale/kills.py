@@ -87,7 +87,7 @@ def _verdict(forest: Any, rays: Any, expected: Any) -> str:
 
 
 def _cut_off(forest: Any, rays: Any, expected: Any) -> list[tuple[Any, ...]]:
-    """Ask while one of two workers, in a network namespace of its own, is cut off; nothing if this cannot be done."""
+    """Cut one of two workers off, in a network namespace of its own; nothing where that cannot be done."""
     from .namespace import Namespace
 
     if not Namespace.is_possible():

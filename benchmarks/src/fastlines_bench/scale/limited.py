@@ -1,4 +1,4 @@
-"""A process that builds or asks a forest within a limit of addresses, which the system enforces (``RLIMIT_AS``).
+"""A process that builds or queries a forest within a limit of addresses, which the system enforces (``RLIMIT_AS``).
 
 Run as ``python -m fastlines_bench.scale.limited JOB.json``; it prints what it took as JSON.
 """
@@ -47,8 +47,8 @@ def build(folder: str, n_segments: int, memory: int | None, max_segments: int | 
     return {"n_tiles": forest.n_tiles, "folder_bytes": size}
 
 
-def ask(folder: str, memory: int | None, n_rays: int, answers: str) -> dict[str, Any]:
-    """Ask a forest, and write the answers to a file."""
+def query(folder: str, memory: int | None, n_rays: int, answers: str) -> dict[str, Any]:
+    """Query a forest, and write the answers to a file."""
     import numpy as np
 
     import fastlines as fl
@@ -73,7 +73,7 @@ def main(text: str) -> None:
     limit = job.pop("limit")
     if limit is not None:
         resource.setrlimit(resource.RLIMIT_AS, (limit, limit))
-    actions: dict[str, Callable[..., dict[str, Any]]] = {"build": build, "ask": ask}
+    actions: dict[str, Callable[..., dict[str, Any]]] = {"build": build, "query": query}
     begin = time.perf_counter()
     found = actions[job.pop("action")](**job)
     took = {"wall_s": time.perf_counter() - begin, "cpu_s": time.process_time()}

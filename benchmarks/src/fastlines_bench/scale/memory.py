@@ -1,4 +1,4 @@
-"""A forest that does not fit: built and asked within memory that the system limits, beside trees in memory."""
+"""A forest that does not fit: built and queried within memory that the system limits, beside trees in memory."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from .figures import Figures
 from .limited import run_limited
 from .questions import QUESTIONS, RADIUS, columns_of, same
 
-#: The share of the limit that a build or a forest is told to use. The rest is for Python, its libraries and answers.
+#: The fraction of the limit that is passed as `memory=`. The rest is for Python, its libraries and answers.
 SHARE = 0.3
 
 #: The rays of brute force on the whole scene.
@@ -24,7 +24,7 @@ BRUTE_RAYS = 32
 
 
 def run_memory(n_segments: int, n_small: int, limit: int, n_rays: int, progress: Any) -> Figures:
-    """Build and ask a large scene and a small one within the limit; check the answers outside of it.
+    """Build and query a large scene and a small one within the limit; check the answers outside of it.
 
     The answers about the small scene are compared with those of one tree in memory, and those about the large one with
     brute force, for some rays.
@@ -37,22 +37,22 @@ def run_memory(n_segments: int, n_small: int, limit: int, n_rays: int, progress:
             progress(f"memory: building {n:,} segments", 0.1)
             memory = int(SHARE * limit)
             built = run_limited(limit, action="build", folder=folder, n_segments=n, memory=memory, max_segments=None)
-            progress(f"memory: asking {n:,} segments", 0.6)
-            asked = run_limited(limit, action="ask", folder=folder, memory=memory, n_rays=n_rays, answers=answers)
+            progress(f"memory: querying {n:,} segments", 0.6)
+            queried = run_limited(limit, action="query", folder=folder, memory=memory, n_rays=n_rays, answers=answers)
             rows.append((n, "build", built["n_tiles"], built["wall_s"], *_sizes(built), ""))
             progress(f"memory: checking {n:,} segments", 0.8)
             wrong, compared = (_beside_tree if n == n_small else _beside_brute_force)(folder, n, n_rays, answers)
             rows += [
-                (n, name, built["n_tiles"], took, *_sizes(asked), compared.get(name, ""))
-                for name, took in asked["seconds"].items()
+                (n, name, built["n_tiles"], took, *_sizes(queried), compared.get(name, ""))
+                for name, took in queried["seconds"].items()
             ]
             n_wrong += wrong
-            peak = max(peak, built.get("VmPeak", 0), asked.get("VmPeak", 0))
+            peak = max(peak, built.get("VmPeak", 0), queried.get("VmPeak", 0))
     heads = ("segments", "what", "tiles", "seconds", "memory, MB", "addresses, MB", "compared with")
     notes = [
-        f"The limit is {limit / 1e9:g} GB of addresses (RLIMIT_AS), of which fastlines is told to use {SHARE:.0%}; "
+        f"The limit is {limit / 1e9:g} GB of addresses (RLIMIT_AS), {SHARE:.0%} of it passed as memory=; "
         f"{n_rays:,} rays or points, a sixteenth of them for all hits; radius {RADIUS:g}. Two threads or as many as "
-        "the machine has. Memory is the peak of the process that asked all questions."
+        "the machine has. Memory is the peak of the process that ran all queries."
     ]
     checks = [
         Check("answers that differ", float(n_wrong), 0.0, scene="streamlines"),

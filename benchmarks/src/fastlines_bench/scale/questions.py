@@ -1,4 +1,4 @@
-"""What the benchmark asks of generated streamlines, and the columns of answers."""
+"""The queries of the benchmark of generated streamlines, and the columns of answers."""
 
 from __future__ import annotations
 

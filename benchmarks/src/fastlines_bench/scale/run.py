@@ -26,7 +26,7 @@ class ScalePreset(Preset):
     parts : tuple of str
         Some of `PARTS`.
     n_segments : int
-        The largest scene, which is built and asked within `limit`.
+        The largest scene, which is built and queried within `limit`.
     limit : int
         The bytes of addresses of that process.
     n_small : int

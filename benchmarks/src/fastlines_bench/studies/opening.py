@@ -1,4 +1,4 @@
-"""How long it takes to open a saved tree and to ask the first query, with and without a saved layout.
+"""How long it takes to open a saved tree and to run the first query, with and without a saved layout.
 
 A file is opened for the first time, with all checks, or again: as a file that this process has checked before, without
 them. The file is in the memory of the system.

@@ -12,7 +12,7 @@ from ...settings.settings import Settings
 #: The most segments of a tile, and of a chunk or a part, however much memory there is.
 TILE, CHUNK = 2_000_000, 1_000_000
 
-#: The fewest segments of a tile, a chunk or a part that memory is asked for.
+#: The fewest segments of a tile, a chunk or a part for which memory must suffice.
 LEAST = 16_384
 
 

@@ -63,11 +63,11 @@ class DaskMap:
 
     def workers(self) -> dict[str, int]:
         """Return the number of threads of each worker, by its address."""
-        found: dict[str, int] = self._ask("ncores")
+        found: dict[str, int] = self._query_scheduler("ncores")
         return found
 
-    def _ask(self, what: str, **options: Any) -> Any:
-        """Ask the scheduler, and say where it does not answer."""
+    def _query_scheduler(self, what: str, **options: Any) -> Any:
+        """Query the scheduler, and say where it does not answer."""
         self.check_running()
         try:
             return self.client.sync(getattr(self.client.scheduler, what), callback_timeout=PATIENCE, **options)
@@ -86,15 +86,15 @@ class DaskMap:
         )
 
     def _check_versions(self) -> None:
-        """Refuse a cluster with another version of fastlines; ask each worker once."""
+        """Refuse a cluster with another version of fastlines; query each worker once."""
         new = sorted(self.workers().keys() - self._checked)
         if not new and self._checked:
             return
         packages = ["fastlines"]
         message = {"op": "versions", "packages": packages}
-        found = {self.scheduler: self._ask("versions", packages=packages)}
+        found = {self.scheduler: self._query_scheduler("versions", packages=packages)}
         if new:
-            answers = self._ask("broadcast", msg=message, workers=new, on_error="ignore")
+            answers = self._query_scheduler("broadcast", msg=message, workers=new, on_error="ignore")
             found |= {f"worker {worker}": facts for worker, facts in answers.items()}
         here = installed_version()
         others = {

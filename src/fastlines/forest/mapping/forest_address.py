@@ -1,4 +1,4 @@
-"""Where a forest is, as tasks name it; each process keeps the forests open that its tasks have asked."""
+"""Where a forest is, as tasks name it; each process keeps the forests open that its tasks have queried."""
 
 from __future__ import annotations
 

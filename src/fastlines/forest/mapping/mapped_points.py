@@ -14,7 +14,7 @@ from ...progress import ProgressCallback
 from ...query.proximity.backend import NearColumns, NearLists, PointBackend
 from ...query.proximity.points import PointBatch
 from .forest_address import ForestAddress
-from .mapped_rays import HERE, joined_lists, rows_by_tile
+from .mapped_rays import HERE, joined_lists
 from .mapping import Chunk, Mapping
 
 if TYPE_CHECKING:
@@ -78,18 +78,14 @@ class MappedPoints:
     ) -> Iterator[Chunk[Any]]:
         """Yield the answers of chunks of points, all but those that are near to no tile."""
         address, tile = ForestAddress.of(self.forest), self._nearest_tile(points)
-        order = rows_by_tile(tile)
 
         def work(rows: IntArray) -> PointWork:
             return PointWork(address, query, how, points.some(rows))
 
-        def place(rows: IntArray) -> float:
-            return float(tile[rows[0]]) / self.forest.n_tiles
-
         arrays: list[npt.NDArray[Any]] = [points.points, points.radius]
         arrays += [each.numbers for each in points.ignored if each.is_per_ray]
-        row_bytes = sum(array.nbytes for array in arrays) / len(points)
-        yield from self.mapping.rows(order, place, work, row_bytes, progress)
+        n_bytes = sum(array.nbytes for array in arrays)
+        yield from self.mapping.rows(tile, self.forest.n_tiles, work, n_bytes, progress)
 
     def _nearest_tile(self, points: PointBatch) -> IntArray:
         if self.forest.n_tiles == 1:

@@ -107,33 +107,20 @@ class MappedRays:
     ) -> Iterator[Chunk[Any]]:
         """Yield the answers of chunks of rays, all but those that meet no tile."""
         address, tile = ForestAddress.of(self.forest), self._first_tiles(rays)
-        order = rows_by_tile(tile)
 
         def work(rows: IntArray) -> RayWork:
             return RayWork(address, self.kernel, query, how, rays.some(rows))
 
-        def place(rows: IntArray) -> float:
-            return float(tile[rows[0]]) / self.forest.n_tiles
-
         arrays: list[npt.NDArray[Any]] = [array for array in rays.arrays() if array is not None]
         arrays += [each.numbers for each in rays.ignored if each.is_per_ray]
-        row_bytes = sum(array.nbytes for array in arrays) / len(rays)
-        yield from self.mapping.rows(order, place, work, row_bytes, progress)
+        n_bytes = sum(array.nbytes for array in arrays)
+        yield from self.mapping.rows(tile, self.forest.n_tiles, work, n_bytes, progress)
 
     def _first_tiles(self, rays: RayBatch) -> IntArray:
         if self.forest.n_tiles == 1:
             return np.zeros(len(rays), np.int64)
         tiles: IntArray = self.forest._top.first_tile(rays)
         return tiles
-
-
-def rows_by_tile(tile: IntArray) -> IntArray:
-    """Return the rows that have a tile, sorted by it; rows of a tile keep their order."""
-    narrow = tile.astype(np.uint16) if tile.max(initial=0) < 2**16 - 1 else tile  # NumPy sorts 16 bits by their digits
-    order = np.argsort(narrow, kind="stable")
-    n_none = int((tile < 0).sum())
-    # Without a tile is -1, the largest number of 16 bits.
-    return order[: len(order) - n_none] if narrow is not tile else order[n_none:]
 
 
 def joined_lists(n: int, chunks: list[Chunk[Any]], types: list[type[Any]]) -> tuple[IntArray, list[npt.NDArray[Any]]]:

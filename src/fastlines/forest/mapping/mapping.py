@@ -82,31 +82,35 @@ class Mapping:
 
     def rows(
         self,
-        order: IntArray,
-        place: Callable[[IntArray], float],
+        tile: IntArray,
+        n_tiles: int,
         make: Callable[[IntArray], Work],
-        row_bytes: float,
+        n_bytes: int,
         progress: ProgressCallback | None,
     ) -> Iterator[Chunk[Any]]:
-        """Run a query of rows in this order, cut into chunks, and yield their answers.
+        """Run a query of rows, sorted by tile and cut into chunks, and yield their answers.
 
         Parameters
         ----------
-        order : (n,) int64
-            The rows, sorted by their first tiles.
-        place
-            Returns where the first tile of some rows is among all tiles, from 0 to 1.
+        tile : (n,) int64
+            The tile of each row, of so many tiles; -1 leaves a row out.
         make
             Makes the work for some rows.
-        row_bytes : float
-            The bytes of a row of the query.
+        n_bytes : int
+            The bytes of all rows of the query.
         """
+        order, row_bytes = rows_by_tile(tile), n_bytes / max(1, len(tile))
         if not len(order):
             return
-        n_done, seconds, n_bytes = 0, self.tuning.seconds_a_row, self.tuning.bytes_a_row
+
+        def place(rows: IntArray) -> float:
+            """Return where the first tile of some rows is among all tiles, from 0 to 1."""
+            return float(tile[rows[0]]) / n_tiles
+
+        n_done, seconds, answer_bytes = 0, self.tuning.seconds_a_row, self.tuning.bytes_a_row
         for chunks in self._rounds(order):
             # Cut the last round by the measured cost.
-            cut = chunks if len(chunks) > 1 else self._cut(chunks[0], seconds, max(row_bytes, n_bytes))
+            cut = chunks if len(chunks) > 1 else self._cut(chunks[0], seconds, max(row_bytes, answer_bytes))
             spent, returned, n_rows = 0.0, 0.0, 0
             for rows, done in zip(cut, self.run([*map(make, cut)], [*map(place, cut)]), strict=True):
                 spent, returned, n_rows = spent + done.seconds, returned + _n_bytes(done.value), n_rows + len(rows)
@@ -114,7 +118,7 @@ class Mapping:
                 yield Chunk(rows, done.value)
                 if progress is not None:
                     progress(n_done / len(order))
-            seconds, n_bytes = spent / max(1, n_rows), returned / max(1, n_rows)
+            seconds, answer_bytes = spent / max(1, n_rows), returned / max(1, n_rows)
 
     @property
     def n_chunks(self) -> int:
@@ -168,6 +172,15 @@ class Mapping:
                 "returns for each task, in the order of the tasks, as executor.map does"
             )
         return result
+
+
+def rows_by_tile(tile: IntArray) -> IntArray:
+    """Return the rows that have a tile, sorted by it; rows of a tile keep their order."""
+    narrow = tile.astype(np.uint16) if tile.max(initial=0) < 2**16 - 1 else tile  # NumPy sorts 16 bits by their digits
+    order = np.argsort(narrow, kind="stable")
+    n_none = int((tile < 0).sum())
+    # Without a tile is -1, the largest number of 16 bits.
+    return order[: len(order) - n_none] if narrow is not tile else order[n_none:]
 
 
 def _failed(error: Exception) -> WorkerError:

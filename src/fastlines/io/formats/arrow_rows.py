@@ -58,7 +58,7 @@ class TableRows:
             source.warn(f"columns that are not numbers are not read: {', '.join(left_out)}")
 
     def set_offset(self, parts: Iterable[dict[str, AnyArray]]) -> None:
-        """Set the offset that was asked for, or that of the table, of columns that come in parts."""
+        """Set the given offset, or that of the table, of columns that come in parts."""
         wanted = self._source.offset_or(self._facts.get("metadata", {}))
         self._offset = offset_for(wanted, (self.coordinates(dict(columns))[1] for columns in parts))
 
