@@ -1,4 +1,4 @@
-"""Forests on the command line: build, info, verify, and the commands that ask them."""
+"""Forests on the command line: build, info, verify, and the commands that query them."""
 
 from __future__ import annotations
 

@@ -15,7 +15,7 @@ from support.forests import strands, tiles_of
 
 import fastlines as fl
 from fastlines.forest.index import Index
-from fastlines.forest.writing import write_forest, write_index
+from fastlines.forest.writing import write_forest
 
 
 @pytest.fixture
@@ -119,7 +119,8 @@ def test_verify_compares_tiles_with_the_index(forest: fl.Forest, lines: fl.Lines
     tiles[[0, 1]] = tiles[[1, 0]]
     tiles[2] = (tiles[2] + 1) % 3
     manifest = forest.manifest
-    index = write_index(forest.path, tiles.astype(np.uint32), lines.strands, lines[:0])
+    none = np.zeros((0, 2), np.int64)
+    index = Index(tiles.astype(np.uint32), lines.strands, none[:, 0], none, lines[:0]).write(forest.path)
     replace(manifest, index=index).write(forest.path)
     with pytest.raises(fl.FileFormatError, match=r"flt does not hold the primitives that the index says; call"):
         fl.Forest(forest.path).verify()
@@ -158,7 +159,7 @@ def test_tiles_close_within_the_memory(forest: fl.Forest) -> None:
     assert store.open(0) is first
     store.open(1)
     store.open(0)
-    store.open(2)  # 1 was not asked for the longest time
+    store.open(2)  # 1 is the least recently used
     assert store.is_open.tolist() == [1, 0, 1]
     assert store.open(0) is first
 

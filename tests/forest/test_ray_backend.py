@@ -210,4 +210,4 @@ def test_lists_of_hits_keep_no_closed_tile_mapped(tmp_path):
         mapped.append(Path("/proc/self/maps").read_text().count(f"{tmp_path}/f/0"))
 
     forest.all_hits(origins, directions, 0.05, progress=look)
-    assert max(mapped) <= 3  # those that are open, and the one that is asked
+    assert max(mapped) <= 3  # those that are open, and the one that is queried

@@ -172,9 +172,6 @@ class TopTree {
     }
   }
 
-  /// The box of a tile, in units of the scene.
-  const TileBox& tile(std::size_t i) const { return tiles_[i]; }
-
  private:
   /// Up to 16 children: boxes grown by radii, relative to the centre of the frame, for rays; boxes and radii in the
   /// frame, for points. `tiles` is a mask of the children that are tiles.

@@ -28,6 +28,9 @@ FORMAT = "fastlines forest index 1"
 #: What the names of the sections of the sample begin with.
 SAMPLE = "sample/"
 
+#: The most primitives of the sample.
+SAMPLE_PRIMS = 100_000
+
 
 @dataclass(frozen=True, eq=False)
 class Index:

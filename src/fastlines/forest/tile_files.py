@@ -17,9 +17,6 @@ from ..tree import Tree
 from .manifest import Manifest, TileFacts
 from .verified_files import set_verified
 
-#: The section of the rows that queries test where lines have radii, so that they are mapped, not made.
-CONES = "cones"
-
 
 def tile_name(number: int) -> str:
     """Return the name of the file of a tile, as `build_forest` writes it."""
@@ -75,8 +72,6 @@ def write_tile(
     more: container.Arrays = {"ids": np.asarray(ids, np.int64)}
     if places is not None:
         more["places"] = np.asarray(places, np.int64)
-    if tree.geometry.radius is not None:
-        more[CONES] = tree.geometry.core_rows
     path = Path(folder) / (file or tile_name(number))
     tree_file.write(tree, path, layout=True, more=more)
     return tile_facts(tree, path)

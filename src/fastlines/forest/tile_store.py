@@ -20,7 +20,6 @@ from ..support.computed_once import held
 from ..support.texts import bytes_text
 from ..tree import Tree
 from .manifest import ADVICE, Manifest, TileFacts
-from .tile_files import CONES
 from .verified_files import is_verified, set_verified
 
 #: Without a bound, tiles stay open while they take at most this share of the free memory.
@@ -157,9 +156,5 @@ def read_tile(folder: Path, number: int, facts: TileFacts, verify: bool | None =
     ids, places = (None if name not in more else np.asarray(more[name]) for name in ("ids", "places"))
     if n != facts.n_prims or any(column is not None and column.shape != (n,) for column in (ids, places)):
         raise refuse(f"it does not hold {facts.n_prims} primitives with their numbers")
-    if (cones := more.get(CONES)) is not None:
-        if not trusted and not np.array_equal(cones, tree.geometry.core_rows):
-            raise refuse("its round cones are not those of its segments")
-        tree.geometry.__dict__.update(core_rows=np.asarray(cones), cone_rows=np.asarray(cones))
     set_verified(path, verify)
     return Tile(number, tree, ids, places)

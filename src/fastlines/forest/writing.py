@@ -1,4 +1,4 @@
-"""The index and the manifest of a forest, and a whole forest; each file is written whole or not at all."""
+"""The manifest of a forest, and a whole forest of lines in memory; each file is written whole or not at all."""
 
 from __future__ import annotations
 
@@ -11,36 +11,18 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from ..arrays import FloatArray, IntArray, to_integers
+from ..arrays import FloatArray, to_integers
 from ..errors import InputError
 from ..geometry.lines import Lines
 from ..query.proximity.strand_places import strand_places
 from ..settings.methods import DEFAULT_METHOD
 from ..support.immutable import own
-from .index import Index
+from .index import SAMPLE_PRIMS, Index
 from .manifest import Manifest, TileFacts
 from .tile_files import facts_of, write_tile
 
 if TYPE_CHECKING:
     from .forest import Forest
-
-#: The most primitives of the sample that an index keeps.
-SAMPLE_PRIMS = 100_000
-
-
-def write_index(
-    folder: str | os.PathLike[str],
-    tile_of: npt.NDArray[Any],
-    strands: npt.NDArray[Any] | None,
-    sample: Lines,
-    *,
-    skipped: IntArray | None = None,
-    closed: IntArray | None = None,
-) -> str:
-    """Write the index of a forest, `Index`, and return its digest. The arrays may be mapped."""
-    none = np.zeros(0, np.int64)
-    skipped, closed = none if skipped is None else skipped, none.reshape(0, 2) if closed is None else closed
-    return Index(tile_of, strands, skipped, closed, sample).write(folder)
 
 
 def write_manifest(
@@ -58,7 +40,7 @@ def write_manifest(
     Parameters
     ----------
     index : str
-        The digest that `write_index` returned.
+        The digest that `Index.write` returned.
     facts : mapping, optional
         ``up``, ``unit`` and ``metadata`` of the lines.
     """
@@ -99,19 +81,13 @@ def write_forest(
         tiles.append(write_tile(folder, number, lines[ids], ids, places, frame, method, **settings))
     sampled = lines if settings.get("own_radius", True) else lines.without_radius()
     rows = np.arange(min(SAMPLE_PRIMS, len(lines))) * len(lines) // max(1, min(SAMPLE_PRIMS, len(lines)))
-    closed = None
+    closed = np.zeros((0, 2), np.int64)
     if known is not None:
         first = np.flatnonzero((known[:, 1] == 0) & (known[:, 2] > 0))
         first = first[np.argsort(lines.strands[first])]
         closed = np.stack([lines.strands[first], known[first, 2].astype(np.int64)], axis=1)
-    index = write_index(
-        folder,
-        own(given.astype(np.uint32)),
-        None if known is None else lines.strands,
-        sampled[rows],
-        skipped=lines.skipped,
-        closed=closed,
-    )
+    strands = None if known is None else lines.strands
+    index = Index(own(given.astype(np.uint32)), strands, lines.skipped, closed, sampled[rows]).write(folder)
     write_manifest(
         folder, frame, tiles, index, method or DEFAULT_METHOD, n_strands=lines.n_strands, facts=facts_of(lines)
     )

@@ -10,7 +10,7 @@ import numpy as np
 
 from ...arrays import AnyArray, IntArray
 from ...geometry.lines import Lines
-from ..writing import SAMPLE_PRIMS, write_index
+from ..index import SAMPLE_PRIMS, Index
 from .journal import Journal
 from .partition import COUNTS, IDS, TileRows
 from .plan import Plan
@@ -47,14 +47,15 @@ def index_tiles(journal: Journal, plan: Plan, tiles: Sequence[TileRows], own_rad
             sample.append(_rows_of(arrays, wanted, *plan.first[plan.batches[number : number + 2]].tolist()))
             for name, found in others.items():
                 found.append(np.array(arrays[name]))  # not a view, which would keep the part mapped
-    return write_index(
-        journal.folder,
+    sampled = _lines(sample, plan)
+    index = Index(
         _mapped(journal.column("tile_of"), np.dtype(np.uint32)),
         _mapped(journal.column("strands"), strand_type) if has_strands else None,
-        _lines(sample, plan) if own_radius else _lines(sample, plan).without_radius(),
-        skipped=np.concatenate(others[SKIPPED]),
-        closed=np.concatenate(others[CLOSED]),
+        np.concatenate(others[SKIPPED]),
+        np.concatenate(others[CLOSED]),
+        sampled if own_radius else sampled.without_radius(),
     )
+    return index.write(journal.folder)
 
 
 def _in_order(values: AnyArray, ids: AnyArray) -> AnyArray:
