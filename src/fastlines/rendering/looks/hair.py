@@ -16,14 +16,12 @@ from ...support.computed_once import computed_once
 from ...support.vectors import across, dot
 from ..hair import AveragedHair, HairMaterial
 from ..sampling.sampler import Sampler
-from ..sampling.sobol import hashed
 from ..shading.fragments import Fragments
 from ..shading.lighting import SALON, Rig, sphere
 from ..shading.shading_context import ShadingContext
 from .look import Backdrop
+from .variation import shade_of_strands
 
-#: How much brighter or darker than the mean a hair is, for a head has hairs of many shades.
-VARIETY = 0.25
 #: Light from hairs that are farther than this fraction of the size of the scene has passed a head or a body.
 FAR = 0.1
 #: The fraction of light that misses the hairs around, or that they let pass; figures of Zinke et al., §4.1.
@@ -32,13 +30,25 @@ DENSITY = 0.7
 
 @dataclass(frozen=True)
 class Hair:
-    """Shades hairs that are thinner than a pixel."""
+    """Shades hairs that are thinner than a pixel.
+
+    Attributes
+    ----------
+    material : HairMaterial
+    backdrop : Backdrop
+    rig : Rig
+    has_ground : bool
+        Whether the lines cast a shadow on the ground.
+    variation : float
+        How much brighter or darker than the mean a hair is, from 0 to 1.
+    """
 
     material: HairMaterial
     backdrop: Backdrop
     rig: Rig = SALON
     is_light: bool = field(default=True, init=False)
     has_ground: bool = False
+    variation: float = 0.0
 
     @computed_once
     def _averaged(self) -> AveragedHair:
@@ -53,7 +63,7 @@ class Hair:
         towards = sphere(*sampler.next_2d())
         sky = context.rig.sky.radiance(towards @ context.up) * np.float32(4 * np.pi)
         light += sky * self._scattered(fragments, towards, context, is_sharp=False)
-        return light * _shade_of_strand(fragments)[:, None]
+        return light * shade_of_strands(fragments.strand, self.variation)[:, None]
 
     def _scattered(
         self, fragments: Fragments, towards: FloatArray, context: ShadingContext, is_sharp: bool
@@ -78,9 +88,3 @@ class Hair:
         forth = forward**2
         around = back * forth / np.maximum(1 - forth, 0.05) * (1 + back**2 / np.maximum(1 - forth, 0.2) ** 2)
         return np.asarray(passed * (once + DENSITY * around * before), np.float32)
-
-
-def _shade_of_strand(fragments: Fragments) -> FloatArray:
-    """Return by how much the hair of each fragment is brighter than the mean."""
-    chance = hashed(fragments.strand.astype(np.uint32)) * np.float32(2.0**-32)
-    return np.asarray(1 + VARIETY * (2 * chance - 1), np.float32)

@@ -1,7 +1,8 @@
 """Solid lines: fibres and tubes, in the colours of their directions, strands or attributes.
 
-Surfaces scatter light evenly, and have a highlight. Lines thinner than a pixel scatter it evenly around their axis, as
-cylinders do: of the light that meets them, the fraction (1 + cos φ)·cos θ / π² goes in each direction.
+Surfaces scatter light evenly, and have a highlight; `surface_material` has the formula. Lines thinner than a pixel
+scatter it evenly around their axis, as cylinders do: of the light that meets them, the fraction (1 + cos φ)·cos θ / π²
+goes in each direction.
 """
 
 from __future__ import annotations
@@ -18,11 +19,10 @@ from ..shading.lighting import STUDIO, Rig, hemisphere, sphere
 from ..shading.shading_context import ShadingContext
 from .color import Color
 from .look import Backdrop
+from .surface_material import SATIN, SurfaceMaterial
 
 #: Occlusion counts up to this fraction of the size of the scene.
 NEAR = 0.06
-#: The exponent and the strength of the highlight.
-SHARP, GLOSS = 40.0, 0.12
 
 
 @dataclass(frozen=True)
@@ -37,8 +37,8 @@ class Solid:
     rig : Rig
     haze : float
         How much the farthest lines fade into the backdrop, from 0 to 1.
-    gloss : float
-        The strength of the highlight.
+    material : SurfaceMaterial
+        How rough the lines are, and whether they are metal.
     has_ground : bool
         Whether the lines cast a shadow on the ground.
     """
@@ -47,13 +47,15 @@ class Solid:
     backdrop: Backdrop
     rig: Rig = STUDIO
     haze: float = 0.0
-    gloss: float = GLOSS
+    material: SurfaceMaterial = SATIN
     has_ground: bool = False
     is_light: bool = field(default=True, init=False)
 
     def shade(self, fragments: Fragments, context: ShadingContext, sampler: Sampler) -> FloatArray:
         """Return the light of each fragment towards the eye, (n, 3) float32 linear."""
         base = self.color.of(fragments, context)
+        matt, (white, tinted) = base * np.float32(1 - self.material.metallic), self.material.shine
+        glint = np.float32(white) + np.float32(tinted) * base
         light = np.zeros((len(fragments), 3), np.float32)
         for lamp in context.rig.lights:
             towards = lamp.sample(context.camera, *sampler.next_2d())
@@ -61,25 +63,33 @@ class Solid:
             lit = np.flatnonzero(diffuse + shine > 0)
             lit = lit[context.unoccluded(fragments.points[lit], towards[lit])]
             color = np.asarray(lamp.color, np.float32)
-            light[lit] += color * (base[lit] * diffuse[lit, None] + self.gloss * shine[lit, None])
+            light[lit] += color * (matt[lit] * diffuse[lit, None] + glint[lit] * shine[lit, None])
         light += base * self._ambient(fragments, context, sampler)
         return self._hazed(light, fragments, context)
 
     def _reflected(self, fragments: Fragments, towards: FloatArray) -> tuple[AnyArray, AnyArray]:
         """Return the parts of a distant light that are scattered evenly, and that are in the highlight."""
+        sharp = self.material.exponent
         half = unit(towards + fragments.to_eye)
         if fragments.normals is not None:
             facing = dot(fragments.normals, towards)
-            shine = np.maximum(dot(fragments.normals, half), 0) ** SHARP * (facing > 0)
+            shine = np.maximum(dot(fragments.normals, half), 0) ** sharp * (facing > 0)
             return np.maximum(facing, 0) / np.float32(np.pi), shine
         even = _cylinder(fragments, towards)
-        shine = np.maximum(1 - dot(fragments.tangents, half) ** 2, 0) ** (SHARP / 2) * even
+        shine = np.maximum(1 - dot(fragments.tangents, half) ** 2, 0) ** (sharp / 2) * even
         return even, shine
 
     def _ambient(self, fragments: Fragments, context: ShadingContext, sampler: Sampler) -> FloatArray:
-        """Return the light of the sky that arrives and is scattered evenly, by one ray."""
+        """Return the light of the sky that arrives, by one ray: scattered evenly, or mirrored by a metal."""
         if fragments.normals is not None:
-            towards = hemisphere(fragments.normals, *sampler.next_2d())
+            metallic = np.float32(self.material.metallic)
+            first, second = sampler.next_2d()
+            is_mirror = first < metallic
+            rescaled = (first - metallic) / np.maximum(1 - metallic, np.float32(1e-6))
+            normals, to_eye = fragments.normals, fragments.to_eye
+            towards = hemisphere(normals, np.where(is_mirror, first, rescaled), second)
+            mirrored = 2 * dot(normals, to_eye)[:, None] * normals - to_eye
+            towards = np.where(is_mirror[:, None], mirrored, towards)
             share = np.ones(len(fragments), np.float32)
         else:
             towards = sphere(*sampler.next_2d())

@@ -17,6 +17,7 @@ from ..shading.fragments import Fragments
 from ..shading.lighting import SALON, Rig, hemisphere
 from ..shading.shading_context import ShadingContext
 from .look import Backdrop
+from .variation import shade_of_strands
 
 #: The reflectance of what is not a line, such as the skin below the hair.
 SKIN = (0.42, 0.27, 0.20)
@@ -73,6 +74,10 @@ class TracedHair:
     rig : Rig
     max_bounces : int
         How often light is scattered at most.
+    has_ground : bool
+        Whether the lines cast a shadow on the ground.
+    variation : float
+        How much brighter or darker than the mean a hair is, from 0 to 1.
     """
 
     material: HairMaterial
@@ -80,6 +85,7 @@ class TracedHair:
     rig: Rig = SALON
     max_bounces: int = MAX_BOUNCES
     has_ground: bool = False
+    variation: float = 0.0
     is_light: bool = field(default=True, init=False)
 
     def shade(self, fragments: Fragments, context: ShadingContext, sampler: Sampler) -> FloatArray:
@@ -90,7 +96,7 @@ class TracedHair:
         vertices = seen_vertices(fragments, context, across).some(rows)
         traced = PathTracer(context, HairScatterer(self.material), self.max_bounces).light(vertices, numbers)
         light = np.zeros((len(fragments), 3), np.float32)
-        light[rows] = traced * times[:, None]
+        light[rows] = traced * (times * shade_of_strands(fragments.strand[rows], self.variation))[:, None]
         return light
 
 
