@@ -260,7 +260,7 @@ def _look(options: PictureOptions, geometry: AnyGeometry) -> tuple[Look | Measur
         )
     backdrop = options.backdrop
     if backdrop is not None and isinstance(made, Solid):
-        made = replace(made, backdrop=backdrop)
+        made = made.before(backdrop)
     has_bar = request.color == "number" and options.file != ".exr"
     return made, has_bar if options.legend is None else options.legend is not False
 

@@ -7,7 +7,7 @@ goes in each direction.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -23,6 +23,8 @@ from .surface_material import SATIN, SurfaceMaterial
 
 #: Occlusion counts up to this fraction of the size of the scene.
 NEAR = 0.06
+#: How much the farthest lines fade at most before a backdrop that is lighter than this.
+SLIGHT_HAZE, LIGHT = 0.15, 0.2
 
 
 @dataclass(frozen=True)
@@ -50,6 +52,11 @@ class Solid:
     material: SurfaceMaterial = SATIN
     has_ground: bool = False
     is_light: bool = field(default=True, init=False)
+
+    def before(self, backdrop: Backdrop) -> Solid:
+        """Return the look before another backdrop; haze that is light must be slight, or colours are washed out."""
+        is_light = float(backdrop.light(1, 1).mean()) > LIGHT
+        return replace(self, backdrop=backdrop, haze=min(self.haze, SLIGHT_HAZE) if is_light else self.haze)
 
     def shade(self, fragments: Fragments, context: ShadingContext, sampler: Sampler) -> FloatArray:
         """Return the light of each fragment towards the eye, (n, 3) float32 linear."""

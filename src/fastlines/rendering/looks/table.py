@@ -15,11 +15,11 @@ from ...support.distinct import distinct
 from ..color.palette import light_of
 from ..hair.material import HairMaterial
 from ..pictures.options import PictureRequest, check_options
-from ..shading.lighting import SOFT, STUDIO
+from ..shading.lighting import SOFT
 from . import flat
 from .color import ATTRIBUTE, DISPLAY_COLOR, TYPE, WORDS, Color, make_color
 from .look import Backdrop, Look
-from .solid import Solid
+from .solid import SLIGHT_HAZE, Solid
 from .surface_material import MATERIALS, SATIN, SurfaceMaterial
 
 #: What colours lines: a word, "#rrggbb" or an attribute's name; or three numbers from 0 to 1.
@@ -54,9 +54,11 @@ PAPER = Backdrop("#eeeef0", "#c6c6cb")
 #: Darker than lit hair, so that gaps between hairs look deep, and light from behind draws the outline.
 SLATE = Backdrop("#6a6d75", "#232428")
 NIGHT = Backdrop("#16181d", "#08080a")
+#: The attribute of the number of a residue of a molecule.
+RESIDUE = "residue"
 #: Lines of a larger luminance are hardly seen before paper.
 PALE = 0.6
-#: How much the farthest fibres fade.
+#: How much the farthest fibres fade; where colours are numbers, which must be read, it is `SLIGHT_HAZE`.
 HAZE = 0.5
 CLAY = "#c4a878"
 AMBER = "#ffb45c"
@@ -168,8 +170,10 @@ def make_look(
             usual = DISPLAY_COLOR if DISPLAY_COLOR in known else _usual_color(name, geometry)
             chosen = make_color(usual if color is None else color, color_map or DEFAULT_MAP, geometry)
         chosen = replace(chosen, variation=variation or 0.0)
-        backdrop, rig, haze = (NIGHT, SOFT, HAZE) if name == "fibre" else (_behind_tubes(chosen, geometry), STUDIO, 0.0)
-        return Solid(chosen, backdrop, rig, haze, _surface(material), has_ground=name == "tube")
+        if name == "fibre":
+            haze = SLIGHT_HAZE if chosen.has_bar(geometry) else HAZE
+            return Solid(chosen, NIGHT, SOFT, haze, _surface(material))
+        return Solid(chosen, _behind_tubes(chosen, geometry), material=_surface(material), has_ground=True)
     shown = {"depth": flat.depth, "id": flat.ids, "normal": flat.normals, "tangent": flat.tangents}
     return flat.Flat(shown[name])
 
@@ -199,13 +203,15 @@ def check_name(name: str, known: Container[str] = (*LOOKS, *NUMBERS)) -> None:
 
 
 def _usual_color(look: str, geometry: AnyGeometry) -> str:
-    """Return the colour of fibres or tubes: by direction, or by chains of molecules, or one for all.
+    """Return the colour of fibres or tubes: by direction, by chains or residues of molecules, or one for all.
 
     Directions say nothing where lines are flat, or turn all the time.
     """
     if look == "fibre":
         return AMBER if _is_flat(geometry) or any(map(_is_tangled, geometry.each_part())) else "direction"
-    return "strand" if geometry.unit == "Å" else CLAY
+    if geometry.unit != "Å":
+        return CLAY
+    return RESIDUE if geometry.n_strands == 1 and RESIDUE in geometry.sample_names else "strand"
 
 
 def _is_flat(geometry: AnyGeometry) -> bool:
