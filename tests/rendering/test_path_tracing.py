@@ -32,9 +32,8 @@ def random_vertices(n, seed=0):
 
 def scattered(vertices, weight, seeds, step, rig, material):
     """Scatter light by compiled code."""
-    hair = [*material.sigma_a, material.eta, *material.variances, *material.tilts, material.logistic_scale]
     paths = np.arange(len(vertices)), weight, seeds
-    return engine.scatter_paths((rig.rows(CAMERA), hair, SKIN, LEAST), step, vertices.columns, paths)
+    return engine.scatter_paths((rig.rows(CAMERA), material.numbers, SKIN, LEAST), step, vertices.columns, paths)
 
 
 @pytest.mark.parametrize("dimension", [0, 1, 2, 7, 22, 23])

@@ -1,7 +1,7 @@
 """Path tracing of hair: light that is scattered many times, by queries of all paths at once.
 
-`cpp/fastlines/shading/paths.hpp` has the integral and its sources. Compiled code scatters the light of one bounce at the
-vertices of all paths. Queries of the tree find what hides the lights and what the rays hit next.
+`cpp/fastlines/shading/paths.hpp` has the integral and its sources. Compiled code scatters the light of one bounce at
+the vertices of all paths. Queries of the tree find what hides the lights and what the rays hit next.
 """
 
 from __future__ import annotations
@@ -71,11 +71,10 @@ class PathTracer:
         return light
 
     @computed_once
-    def _scene(self) -> tuple[FloatArray, list[float], Vector, float]:
+    def _scene(self) -> tuple[FloatArray, tuple[float, ...], Vector, float]:
         """What light meets, as compiled code takes it."""
-        made = self.material
-        hair = [*made.sigma_a, made.eta, *made.variances, *made.tilts, made.logistic_scale]
-        return self.context.rig.rows(self.context.camera), hair, self.skin, LEAST * self.context.extent
+        lights = self.context.rig.rows(self.context.camera)
+        return lights, self.material.numbers, self.skin, LEAST * self.context.extent
 
     @computed_once
     def _sky(self) -> list[float]:
