@@ -103,8 +103,8 @@ class Renderer(Progressive):
             shaded = self.look.shade(fragments, self.context, Sampler.of_fragments(index, seeds, fragments.ray))
             found |= {"light": _summed(fragments, shaded, len(pixels)), "alpha": fragments.opacity}
         if self._ground is not None:
-            dark = self._ground.darkness(origins, directions, Sampler(index, hashed(seeds, 3)))
-            found["shadow"] = dark * (1 - fragments.opacity)
+            numbers = Sampler(index, hashed(seeds, 3))
+            found["shadow"] = self._ground.darkness(origins, directions, fragments.opacity, numbers)
         return found
 
     @property

@@ -64,7 +64,7 @@ class Color:
         if self.by == "plain":
             return np.broadcast_to(np.asarray(self.plain, np.float32), (len(fragments), 3))
         if self.by == "direction":
-            return of_directions(fragments.tangents)
+            return of_directions(fragments.smooth_tangents)
         if self.by == "strand":
             return of_numbers(fragments.strand)
         if self.by == "neurite":

@@ -7,9 +7,9 @@ light and the eye:
     highlight = tint · (exponent + 8) / 48 · (n · h)^exponent,   exponent = 2 / roughness⁴ − 2
     tint      = (1 − metallic) · gloss + metallic · 6/π · colour
 
-So the highlight of a metal reflects all of its colour, and that of other surfaces a fraction of white light. A metal
-also mirrors the sky. The relation of roughness and exponent is that of Burley ("Physically Based Shading at Disney",
-2012) with α = roughness².
+So the highlight of a metal reflects all of its colour, and that of other surfaces a fraction of white light. Light of
+the sky is scattered evenly, also by a metal. The relation of roughness and exponent is that of Burley ("Physically
+Based Shading at Disney", 2012) with α = roughness².
 """
 
 from __future__ import annotations
