@@ -54,6 +54,7 @@ NAMES = [
     "Settings",
     "Sky",
     "Spheres",
+    "SurfaceMaterial",
     "Tree",
     "Triangles",
     "Within",

@@ -16,6 +16,9 @@ void bind_engine(nanobind::module_& m) {
   bind_pairs(m);
   bind_in_box(m);
   bind_routes(m);
+  bind_hair(m);
+  bind_paths(m);
+  bind_looks(m);
 }
 
 }  // namespace fastlines

@@ -64,6 +64,7 @@ if TYPE_CHECKING:
     from .rendering import default_camera as default_camera
     from .rendering import render as render
     from .rendering.hair.material import HairMaterial as HairMaterial
+    from .rendering.looks.surface_material import SurfaceMaterial as SurfaceMaterial
     from .rendering.pictures.picture import Picture as Picture
     from .rendering.shading.lighting import RIGS as RIGS
     from .rendering.shading.lighting import Light as Light
@@ -133,6 +134,7 @@ _NAMES = {
     "refit": ("RebuildPolicy",),
     "rendering": ("default_camera", "render"),
     "rendering.hair.material": ("HairMaterial",),
+    "rendering.looks.surface_material": ("SurfaceMaterial",),
     "rendering.pictures.picture": ("Picture",),
     "rendering.shading.lighting": ("RIGS", "Light", "Rig", "Sky"),
     "settings.methods": ("METHODS",),

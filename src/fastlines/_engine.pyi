@@ -213,3 +213,38 @@ def ray_routes(
     n_threads: int,
     progress: object | None,
 ) -> fastlines._core.RayRoutes: ...
+def hair_evaluate(
+    material: Sequence[float],
+    to_eye: NDArray[numpy.float32],
+    tangents: NDArray[numpy.float32],
+    h: NDArray[numpy.float32],
+    towards: NDArray[numpy.float32],
+) -> NDArray[numpy.float32]: ...
+def hair_pdf(
+    material: Sequence[float],
+    to_eye: NDArray[numpy.float32],
+    tangents: NDArray[numpy.float32],
+    h: NDArray[numpy.float32],
+    towards: NDArray[numpy.float32],
+) -> NDArray[numpy.float32]: ...
+def hair_sample(
+    material: Sequence[float],
+    to_eye: NDArray[numpy.float32],
+    tangents: NDArray[numpy.float32],
+    h: NDArray[numpy.float32],
+    u4: NDArray[numpy.float32],
+) -> tuple: ...
+def averaged_hair(
+    material: Sequence[float],
+    azimuths: NDArray[numpy.float32],
+    inclinations: NDArray[numpy.float32],
+    sin_o: NDArray[numpy.float32],
+    sin_i: NDArray[numpy.float32],
+    phi: NDArray[numpy.float32],
+) -> NDArray[numpy.float32]: ...
+def averaged_attenuations(
+    material: Sequence[float],
+    azimuths: NDArray[numpy.float32],
+    inclinations: NDArray[numpy.float32],
+    sin_theta: NDArray[numpy.float32],
+) -> tuple: ...

@@ -22,7 +22,7 @@ from ..rendering.sequences import swept, turned
 from ..rendering.suitable_radius import small
 from ..settings.methods import method_settings
 from ..support.texts import counted
-from .files import check_output, flattened, open_lines, placed, show_progress
+from .files import as_map, check_output, open_lines, placed, show_progress
 from .hint import hint_at_radius
 from .options import refuse_given
 from .resume import add_samples, check_resume, keep_state, without_interrupts
@@ -80,7 +80,7 @@ class Order(PictureOptions):
 def draw(order: Order) -> str:
     """Write the pictures of an order; return what was written, in words."""
     reading = order.skip_invalid, order.format, order.option, order.own_radius
-    opened = flattened(open_lines(order.source, *reading, forests=True))
+    opened = as_map(open_lines(order.source, *reading, forests=True))
     if isinstance(opened.tree, Forest):
         refuse_given({"--levels": order.levels or None}, f"{order.source} is a forest, which has no levels of its own")
     if opened.tree is not None:

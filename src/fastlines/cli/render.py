@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 from typer import Option
 
+from ..errors import InputError
 from .options import (
     AskedInput,
     Direction,
@@ -59,12 +60,34 @@ def render(
         str | None,
         Option(metavar="NAME", help="For an attribute: viridis (default), magma, inferno, coolwarm or gray."),
     ] = None,
+    material: Annotated[
+        str | None,
+        Option(metavar="NAME", help="Of fibres and tubes: matt, satin (default), polished or metal."),
+    ] = None,
+    variation: Annotated[
+        float | None,
+        Option(
+            min=0.0,
+            max=1.0,
+            help="How much brighter or darker than the mean a strand is; by default 0.25 in hair, and else 0.",
+        ),
+    ] = None,
     background: Annotated[
         str | None, Option(metavar="COLOR", help="'#rrggbb', '#rrggbb:#rrggbb' from top to bottom, or transparent.")
+    ] = None,
+    ground: Annotated[
+        bool | None,
+        Option("--ground/--no-ground", help="Whether lines cast a shadow on the ground; by default tubes do."),
+    ] = None,
+    rig: Annotated[
+        str | None, Option(metavar="NAME", help="The lights: studio, salon or soft; chosen by default.")
     ] = None,
     legend: Annotated[
         bool | None,
         Option("--legend/--no-legend", help="Draw what colours mean; by default for attributes, hits and work."),
+    ] = None,
+    legend_title: Annotated[
+        str | None, Option(metavar="TEXT", help="The title of the legend, such as 'speed in m/s'.")
     ] = None,
     quality: Annotated[
         str, Option(metavar="NAME", help="normal, or high: trace the paths of light in hair; takes many samples.")
@@ -127,6 +150,8 @@ def render(
 
     [cyan]fastlines render streamlines.vtp --color speed --color-map magma -o speed.png[/]
 
+    [cyan]fastlines render wires.csv --look tube --radius 0.1 --material metal -o wires.png[/]
+
     [cyan]fastlines render neuron.swc --background transparent -o neuron.png[/]
 
     [cyan]fastlines render scene:spaghetti --look depth --direction 0,-1,0 --up 0,0,1 -o top.png[/]
@@ -145,6 +170,8 @@ def render(
     from .pictures import Order, draw
     from .sequence import swept_radii
 
+    if legend is False and legend_title is not None:
+        raise InputError("--no-legend and --legend-title are both given; give one of them")
     file = Path(output).suffix.lower()
     view = ViewOptions(
         direction=vector(direction, "--direction"),
@@ -161,9 +188,13 @@ def render(
         radius=radius,
         color=color,
         color_map=color_map,
+        material=material,
+        variation=variation,
+        ground=ground,
+        rig=rig,
         background=None if background == "transparent" else background,
         transparent=background == "transparent",
-        legend=legend,
+        legend=legend if legend_title is None else legend_title,
         file=file,
         aovs=file == ".exr",
         quality=quality,

@@ -20,11 +20,11 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
-from ...arrays import AnyArray, FloatArray
-from .frame import batches, same_length
-from .longitudinal import longitudinal
+from ...arrays import FloatArray
+from ...engines import engine
+from .frame import same_length
 from .material import HairMaterial
-from .table import N_INCLINATIONS, AzimuthTable, azimuth_table
+from .table import AzimuthTable, azimuth_table
 
 
 @dataclass(frozen=True)
@@ -34,6 +34,11 @@ class AveragedHair:
     Parameters
     ----------
     material : HairMaterial
+
+    Attributes
+    ----------
+    tables : tuple of two float32 arrays
+        What compiled code looks up: N̄ by inclination and azimuth, and N̄ of the rest, a_f and a_b by inclination.
 
     Examples
     --------
@@ -46,13 +51,11 @@ class AveragedHair:
     """
 
     material: HairMaterial
-    _table: AzimuthTable = field(init=False, repr=False, compare=False)
-    _attenuations: FloatArray = field(init=False, repr=False, compare=False)
+    tables: tuple[FloatArray, FloatArray] = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         table = azimuth_table(self.material)
-        object.__setattr__(self, "_table", table)
-        object.__setattr__(self, "_attenuations", _attenuations(table))
+        object.__setattr__(self, "tables", (table.values, _inclinations(table)))
 
     def evaluate(self, sin_theta_o: npt.ArrayLike, sin_theta_i: npt.ArrayLike, phi: npt.ArrayLike) -> FloatArray:
         """Return the mean of `evaluate_angles` over all offsets h from -1 to 1.
@@ -71,11 +74,8 @@ class AveragedHair:
             light that leaves towards wo: cos θi is included.
         """
         numbers = {"sin_theta_o": sin_theta_o, "sin_theta_i": sin_theta_i, "phi": phi}
-        shape, (sin_o, sin_i, turn) = same_length({}, numbers)
-        result = np.empty((len(turn), 3), np.float32)
-        for part in batches(len(turn)):
-            result[part] = self._batch(*(each[part].astype(np.float32, copy=False) for each in (sin_o, sin_i, turn))).T
-        return result.reshape(*shape, 3)
+        shape, angles = same_length({}, numbers)
+        return engine.averaged_hair(self.material.numbers, *self.tables, *map(_singles, angles)).reshape(*shape, 3)
 
     def forward(self, sin_theta: npt.ArrayLike) -> FloatArray:
         """Return a_f: the share of the light at an inclination that one fibre scatters onwards.
@@ -90,70 +90,30 @@ class AveragedHair:
         (…, 3) float32
             Linear RGB, from 0 to 1.
         """
-        return self._attenuation(0, sin_theta)
+        return self.attenuations(sin_theta)[0]
 
     def backward(self, sin_theta: npt.ArrayLike) -> FloatArray:
         """Return a_b: the share of the light at an inclination that one fibre scatters back; see `forward`."""
-        return self._attenuation(1, sin_theta)
+        return self.attenuations(sin_theta)[1]
 
-    def _batch(self, sin_o: FloatArray, sin_i: FloatArray, phi: FloatArray) -> AnyArray:
-        """Return the values of float32 samples as (3, n)."""
-        cos_o = np.sqrt(np.maximum(1.0 - sin_o * sin_o, 0.0))
-        cos_i = np.sqrt(np.maximum(1.0 - sin_i * sin_i, 0.0))
-        around = self._lookup(cos_o, phi)
-        along = []
-        for tilt, variance in zip(self.material.tilts, self.material.variances, strict=True):
-            sine, cosine = math.sin(tilt), math.cos(tilt)
-            tilted = sin_o * cosine + cos_o * sine
-            along.append(longitudinal(sin_i, cos_i, tilted, np.abs(cos_o * cosine - sin_o * sine), variance))
-        value = around[1:4] * along[1]
-        value += around[4:7] * along[2]
-        value += around[7:10] * along[3]
-        value += around[0] * along[0]
-        return value
-
-    def _lookup(self, cos_o: FloatArray, phi: FloatArray) -> AnyArray:
-        """Return N̄ of all lobes, as (10, n)."""
-        n = self._table.n_azimuths
-        # Find the cells.
-        turned = np.abs(phi - np.float32(2.0 * math.pi) * np.rint(phi * np.float32(0.5 / math.pi)))
-        x = np.minimum(turned * np.float32(n / math.pi), np.float32(n))
-        y = (cos_o + cos_o * cos_o) * np.float32(0.5 * N_INCLINATIONS)
-        column = np.fmin(x, n - 1).astype(np.int32)  # NaN stays in x
-        row = np.fmin(y, N_INCLINATIONS - 1).astype(np.int32)
-        x -= column
-        y -= row
-        # Interpolate in each table.
-        result = np.empty((10, len(phi)), np.float32)
-        corner = row * (n + 1) + column
-        right, down, over = (1.0 - y) * x, y * (1.0 - x), x * y
-        here = 1.0 - x - down
-        for channel, values in enumerate(self._table.values.reshape(7, -1)):
-            mixed = values.take(corner) * here
-            mixed += values[1:].take(corner) * right
-            mixed += values[n + 1 :].take(corner) * down
-            mixed += values[n + 2 :].take(corner) * over
-            result[channel] = mixed
-        for channel, values in enumerate(self._table.rest):
-            result[7 + channel] = values.take(row) * (1.0 - y) + values[1:].take(row) * y
-        return result
-
-    def _attenuation(self, side: int, sin_theta: npt.ArrayLike) -> FloatArray:
+    def attenuations(self, sin_theta: npt.ArrayLike) -> tuple[FloatArray, FloatArray]:
+        """Return `forward` and `backward`."""
         shape, (sine,) = same_length({}, {"sin_theta": sin_theta})
-        cosine = np.sqrt(np.maximum(1.0 - sine**2, 0.0))
-        at = np.linspace(0.0, 1.0, N_INCLINATIONS + 1)
-        row = 0.5 * (cosine + cosine**2)
-        channels = [np.interp(row, at, each) for each in self._attenuations[side]]
-        return np.stack(channels, axis=-1).astype(np.float32).reshape(*shape, 3)
+        forward, backward = engine.averaged_attenuations(self.material.numbers, *self.tables, _singles(sine))
+        return forward.reshape(*shape, 3), backward.reshape(*shape, 3)
 
 
-def _attenuations(table: AzimuthTable) -> FloatArray:
-    """Integrate the tables over φ; return a_f and a_b as (2, 3, rows)."""
+def _singles(values: FloatArray) -> FloatArray:
+    return np.ascontiguousarray(values, np.float32)
+
+
+def _inclinations(table: AzimuthTable) -> FloatArray:
+    """Integrate the tables over φ; return N̄ of the remaining lobes, a_f and a_b as (rows, 9)."""
     part = np.linspace(0.0, 1.0, table.n_azimuths + 1)
     weight = np.full(table.n_azimuths + 1, 2.0 * math.pi / table.n_azimuths)
     weight[[0, -1]] *= 0.5
-    found = []
+    columns = [table.rest]
     for share in (part, 1.0 - part):
-        lobes = table.values @ (share * weight)
-        found.append(lobes[0] + lobes[1:4] + lobes[4:7] + table.rest * math.pi)
-    return np.asarray(found, np.float32)
+        lobes = np.einsum("rck,c->rk", table.values, share * weight)
+        columns.append(lobes[:, :1] + lobes[:, 1:4] + lobes[:, 4:7] + table.rest * math.pi)
+    return np.concatenate(columns, axis=1).astype(np.float32)

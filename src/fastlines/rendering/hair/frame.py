@@ -9,7 +9,6 @@ the distance from the axis to the side o × t, in radii. So the normal is at the
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,9 +16,6 @@ import numpy.typing as npt
 
 from ...arrays import AnyArray, refuse_masked
 from ...errors import InputError
-
-#: How many samples are evaluated at once, so that they stay in the cache.
-BATCH = 8192
 
 
 @dataclass(frozen=True)
@@ -105,12 +101,6 @@ def same_length(
         row = (ends[name],) if name in ends else ()
         flat.append(np.broadcast_to(array, shape + row).reshape(-1, *row).astype(kind, copy=False))
     return shape, flat
-
-
-def batches(n: int) -> Iterator[slice]:
-    """Yield slices of at most `BATCH` of n samples."""
-    for start in range(0, n, BATCH):
-        yield slice(start, start + BATCH)
 
 
 def _floats(name: str, values: npt.ArrayLike) -> AnyArray:

@@ -124,3 +124,8 @@ class HairMaterial:
         """How much the scales turn the outgoing inclination for R, TT, TRT and the remaining lobes, in radians."""
         alpha = math.radians(self.scale_tilt)
         return -2.0 * alpha, alpha, 4.0 * alpha, 0.0
+
+    @property
+    def numbers(self) -> tuple[float, ...]:
+        """What compiled code takes: absorption, refractive index, variances, tilts and the logistic scale."""
+        return (*self.sigma_a, self.eta, *self.variances, *self.tilts, self.logistic_scale)

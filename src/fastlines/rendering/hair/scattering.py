@@ -10,6 +10,8 @@ so the integral of the value over wi is the albedo: 1 without absorption. No fur
 
 The energies depend on the outgoing inclination alone, and the scales turn it. So the value is not reciprocal, like that
 of pbrt and Mitsuba: swapping wo and wi gives another value.
+
+Arrays of float32 are computed by compiled code. Others are float64, and computed by the formulas here.
 """
 
 from __future__ import annotations
@@ -19,10 +21,11 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from ...arrays import AnyArray
+from ...arrays import AnyArray, FloatArray
+from ...engines import engine
 from .attenuation import N_LOBES, attenuation, lobe_shares, refracted_sine
 from .azimuthal import exit_azimuth, sample_trimmed_logistic, trimmed_logistic
-from .frame import FibreFrame, batches, same_length
+from .frame import FibreFrame, same_length
 from .longitudinal import longitudinal, sample_longitudinal
 from .material import HairMaterial
 
@@ -60,10 +63,7 @@ def evaluate(
     [1.7445, 0.8468, 0.1472]
     """
     shape, (out, into, along, offset) = same_length({"wo": wo, "wi": wi, "tangent": tangent}, {"h": h})
-    value = np.empty_like(out)
-    for part in batches(len(out)):
-        value[part] = FibrePoints(material, out[part], along[part], offset[part]).evaluate(into[part])
-    return value.reshape(*shape, 3)
+    return _points(material, out, along, offset).evaluate(into).reshape(*shape, 3)
 
 
 def evaluate_angles(
@@ -94,11 +94,8 @@ def evaluate_angles(
     shape, (sin_o, sin_i, turn, offset) = same_length({}, numbers)
     sin_o, sin_i = np.clip(sin_o, -1.0, 1.0), np.clip(sin_i, -1.0, 1.0)
     cos_o, cos_i = np.sqrt(1.0 - sin_o**2), np.sqrt(1.0 - sin_i**2)
-    value = np.empty((len(turn), 3), turn.dtype)
-    for part in batches(len(turn)):
-        lobes = _Lobes(material, sin_o[part], cos_o[part], offset[part])
-        value[part] = lobes.value(lobes.densities(sin_i[part], cos_i[part], turn[part]))
-    return value.reshape(*shape, 3)
+    lobes = _Lobes(material, sin_o, cos_o, offset)
+    return lobes.value(lobes.densities(sin_i, cos_i, turn)).reshape(*shape, 3)
 
 
 def pdf(
@@ -114,10 +111,7 @@ def pdf(
     1.0
     """
     shape, (out, into, along, offset) = same_length({"wo": wo, "wi": wi, "tangent": tangent}, {"h": h})
-    density = np.empty_like(offset)
-    for part in batches(len(out)):
-        density[part] = FibrePoints(material, out[part], along[part], offset[part]).pdf(into[part])
-    return density.reshape(shape)
+    return _points(material, out, along, offset).pdf(into).reshape(shape)
 
 
 def sample(
@@ -152,64 +146,76 @@ def sample(
     [1.0, 1.0, 0.17]
     """
     shape, (out, along, offset, u) = same_length({"wo": wo, "tangent": tangent}, {"h": h, "u4": u4}, columns=4)
-    wi, weight, density = np.empty_like(out), np.empty_like(out), np.empty_like(offset)
-    for part in batches(len(out)):
-        points = FibrePoints(material, out[part], along[part], offset[part])
-        wi[part], weight[part], density[part] = points.sample(u[part])
+    wi, weight, density = _points(material, out, along, offset).sample(u)
     return wi.reshape(*shape, 3), weight.reshape(*shape, 3), density.reshape(shape)
 
 
 class FibrePoints:
-    """Points of fibres, each with the direction in which light leaves it: what all directions of light share.
+    """Points of fibres, each with the direction in which light leaves it; compiled, in float32.
 
-    Its methods are the functions of this module, with what does not depend on wi computed once, and kept.
+    Its methods are the functions of this module.
 
     Parameters
     ----------
     material : HairMaterial
-    wo, tangent : (n, 3) floats
-    h : (n,) floats
-        As in `evaluate`; all of one dtype.
+    wo, tangent : (n, 3) float32
+    h : (n,) float32
+        As in `evaluate`.
 
     Examples
     --------
-    >>> wo, tangent = np.array([[0.0, 0.0, 1.0]]), np.array([[1.0, 0.0, 0.0]])
-    >>> FibrePoints(HairMaterial(), wo, tangent, np.zeros(1)).evaluate(-wo).round(4).tolist()
+    >>> wo, tangent = np.array([[0.0, 0.0, 1.0]], np.float32), np.array([[1.0, 0.0, 0.0]], np.float32)
+    >>> FibrePoints(HairMaterial(), wo, tangent, np.zeros(1, np.float32)).evaluate(-wo).round(4).tolist()
     [[1.7445, 0.8468, 0.1472]]
     """
 
+    def __init__(self, material: HairMaterial, wo: FloatArray, tangent: FloatArray, h: FloatArray) -> None:
+        self._points = material.numbers, *(np.ascontiguousarray(each) for each in (wo, tangent, h))
+
+    def evaluate(self, wi: FloatArray) -> FloatArray:
+        """Return how much of the light from wi each point scatters, (n, 3)."""
+        return engine.hair_evaluate(*self._points, np.ascontiguousarray(wi))
+
+    def pdf(self, wi: FloatArray) -> FloatArray:
+        """Return the density with which each point draws wi, (n,)."""
+        return engine.hair_pdf(*self._points, np.ascontiguousarray(wi))
+
+    def sample(self, u4: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Draw a direction wi at each point; return directions (n, 3), weights (n, 3) and densities (n,)."""
+        return engine.hair_sample(*self._points, np.ascontiguousarray(u4))
+
+
+class ReferencePoints:
+    """The same as `FibrePoints`, by the formulas in NumPy and in any dtype."""
+
     def __init__(self, material: HairMaterial, wo: AnyArray, tangent: AnyArray, h: AnyArray) -> None:
-        self._n, self._dtype = len(wo), wo.dtype
-        self._parts = []
-        for part in batches(len(wo)):
-            frame = FibreFrame.of(wo[part], tangent[part])
-            self._parts.append((part, frame, _Lobes(material, frame.sin_o, frame.cos_o, h[part])))
+        self._frame = FibreFrame.of(wo, tangent)
+        self._lobes = _Lobes(material, self._frame.sin_o, self._frame.cos_o, h)
 
     def evaluate(self, wi: AnyArray) -> AnyArray:
         """Return how much of the light from wi each point scatters, (n, 3)."""
-        value = np.empty((self._n, 3), self._dtype)
-        for part, frame, lobes in self._parts:
-            value[part] = lobes.value(lobes.densities(*frame.angles(wi[part])))
-        return value
+        return self._lobes.value(self._densities(wi))
 
     def pdf(self, wi: AnyArray) -> AnyArray:
         """Return the density with which each point draws wi, (n,)."""
-        density = np.empty(self._n, self._dtype)
-        for part, frame, lobes in self._parts:
-            density[part] = lobes.density(lobes.densities(*frame.angles(wi[part])))
-        return density
+        return self._lobes.density(self._densities(wi))
 
     def sample(self, u4: AnyArray) -> tuple[AnyArray, AnyArray, AnyArray]:
         """Draw a direction wi at each point; return directions (n, 3), weights (n, 3) and densities (n,)."""
-        wi, weight = np.empty((2, self._n, 3), self._dtype)
-        density = np.empty(self._n, self._dtype)
-        for part, frame, lobes in self._parts:
-            wi[part] = frame.direction(*lobes.draw(u4[part]))
-            # Weigh the direction as it is rounded.
-            each = lobes.densities(*frame.angles(wi[part]))
-            density[part] = lobes.density(each)
-            weight[part] = lobes.value(each) / np.maximum(density[part], np.finfo(self._dtype).tiny)[:, None]
-        return wi, weight, density
+        wi = self._frame.direction(*self._lobes.draw(u4))
+        # Weigh the direction as it is rounded.
+        each = self._densities(wi)
+        density = self._lobes.density(each)
+        return wi, self._lobes.value(each) / np.maximum(density, np.finfo(density.dtype).tiny)[:, None], density
+
+    def _densities(self, wi: AnyArray) -> list[AnyArray]:
+        return self._lobes.densities(*self._frame.angles(wi))
+
+
+def _points(
+    material: HairMaterial, wo: AnyArray, tangent: AnyArray, h: AnyArray
+) -> FibrePoints | ReferencePoints:
+    return (FibrePoints if wo.dtype == np.float32 else ReferencePoints)(material, wo, tangent, h)
 
 
 class _Lobes:

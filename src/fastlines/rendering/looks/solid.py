@@ -1,28 +1,32 @@
 """Solid lines: fibres and tubes, in the colours of their directions, strands or attributes.
 
-Surfaces scatter light evenly, and have a highlight. Lines thinner than a pixel scatter it evenly around their axis, as
-cylinders do: of the light that meets them, the fraction (1 + cos φ)·cos θ / π² goes in each direction.
+Surfaces scatter light evenly, and have a highlight; `surface_material` has the formula. Lines thinner than a pixel
+scatter it evenly around their axis, as cylinders do: of the light that meets them, the fraction (1 + cos φ)·cos θ / π²
+goes in each direction.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from ...arrays import AnyArray, FloatArray
-from ...support.vectors import across, dot, unit
+from ...arrays import FloatArray
+from ...engines import engine
 from ..sampling.sampler import Sampler
 from ..shading.fragments import Fragments
-from ..shading.lighting import STUDIO, Rig, hemisphere, sphere
+from ..shading.lighting import STUDIO, Rig
 from ..shading.shading_context import ShadingContext
 from .color import Color
 from .look import Backdrop
+from .surface_material import SATIN, SurfaceMaterial
 
 #: Occlusion counts up to this fraction of the size of the scene.
 NEAR = 0.06
-#: The exponent and the strength of the highlight.
-SHARP, GLOSS = 40.0, 0.12
+#: How many random numbers a fragment takes.
+N_NUMBERS = 6
+#: How much the farthest lines fade at most before a backdrop that is lighter than this.
+SLIGHT_HAZE, LIGHT = 0.15, 0.2
 
 
 @dataclass(frozen=True)
@@ -37,8 +41,9 @@ class Solid:
     rig : Rig
     haze : float
         How much the farthest lines fade into the backdrop, from 0 to 1.
-    gloss : float
-        The strength of the highlight.
+    material : SurfaceMaterial
+        Its highlight. That of thin lines is (1 − (t · h)²)^(exponent/2) times what they scatter evenly, where t is the
+        direction of the line.
     has_ground : bool
         Whether the lines cast a shadow on the ground.
     """
@@ -47,45 +52,32 @@ class Solid:
     backdrop: Backdrop
     rig: Rig = STUDIO
     haze: float = 0.0
-    gloss: float = GLOSS
+    material: SurfaceMaterial = SATIN
     has_ground: bool = False
     is_light: bool = field(default=True, init=False)
 
+    def before(self, backdrop: Backdrop) -> Solid:
+        """Return the look before another backdrop; haze that is light must be slight, or colours are washed out."""
+        is_light = float(backdrop.light(1, 1).mean()) > LIGHT
+        return replace(self, backdrop=backdrop, haze=min(self.haze, SLIGHT_HAZE) if is_light else self.haze)
+
     def shade(self, fragments: Fragments, context: ShadingContext, sampler: Sampler) -> FloatArray:
         """Return the light of each fragment towards the eye, (n, 3) float32 linear."""
-        base = self.color.of(fragments, context)
+        rig, material = context.rig, self.material
+        base = np.ascontiguousarray(self.color.of(fragments, context), np.float32)
+        thin = fragments.normals is None
+        axes = fragments.smooth_tangents if fragments.normals is None else fragments.normals
+        constants = 1 - material.metallic, material.exponent, *material.shine
+        lamps, sky = rig.rows(context.camera), rig.sky.row(context.up).tolist()
+        numbers = sampler.index, sampler.seeds, sampler.dimension
+        lit, ambient = engine.light_of_solids((axes, fragments.to_eye), base, thin, constants, lamps, sky, numbers)
+        sampler.dimension += N_NUMBERS
         light = np.zeros((len(fragments), 3), np.float32)
-        for lamp in context.rig.lights:
-            towards = lamp.sample(context.camera, *sampler.next_2d())
-            diffuse, shine = self._reflected(fragments, towards)
-            lit = np.flatnonzero(diffuse + shine > 0)
-            lit = lit[context.unoccluded(fragments.points[lit], towards[lit])]
-            color = np.asarray(lamp.color, np.float32)
-            light[lit] += color * (base[lit] * diffuse[lit, None] + self.gloss * shine[lit, None])
-        light += base * self._ambient(fragments, context, sampler)
+        for (towards, brought), distance in ((lit, np.inf), (ambient, NEAR * context.size)):
+            rows = np.flatnonzero(brought.any(axis=1))
+            rows = rows[context.unoccluded(fragments.points[rows], towards[rows], distance)]
+            light[rows] += brought[rows]
         return self._hazed(light, fragments, context)
-
-    def _reflected(self, fragments: Fragments, towards: FloatArray) -> tuple[AnyArray, AnyArray]:
-        """Return the parts of a distant light that are scattered evenly, and that are in the highlight."""
-        half = unit(towards + fragments.to_eye)
-        if fragments.normals is not None:
-            facing = dot(fragments.normals, towards)
-            shine = np.maximum(dot(fragments.normals, half), 0) ** SHARP * (facing > 0)
-            return np.maximum(facing, 0) / np.float32(np.pi), shine
-        even = _cylinder(fragments, towards)
-        shine = np.maximum(1 - dot(fragments.tangents, half) ** 2, 0) ** (SHARP / 2) * even
-        return even, shine
-
-    def _ambient(self, fragments: Fragments, context: ShadingContext, sampler: Sampler) -> FloatArray:
-        """Return the light of the sky that arrives and is scattered evenly, by one ray."""
-        if fragments.normals is not None:
-            towards = hemisphere(fragments.normals, *sampler.next_2d())
-            share = np.ones(len(fragments), np.float32)
-        else:
-            towards = sphere(*sampler.next_2d())
-            share = _cylinder(fragments, towards) * np.float32(4 * np.pi)
-        unoccluded = context.unoccluded(fragments.points, towards, NEAR * context.size)
-        return context.rig.sky.radiance(towards @ context.up) * (share * unoccluded)[:, None]
 
     def _hazed(self, light: FloatArray, fragments: Fragments, context: ShadingContext) -> FloatArray:
         if not self.haze:
@@ -96,10 +88,3 @@ class Solid:
         fade = np.asarray(self.haze * place, np.float32)[:, None]
         behind = self.backdrop.light(1, 1)[0]
         return np.asarray(light + fade * (behind - light), np.float32)
-
-
-def _cylinder(fragments: Fragments, towards: FloatArray) -> AnyArray:
-    """Return the fraction of the light from a direction that thin lines scatter to the eye, per steradian."""
-    _, cos_i, across_i = across(fragments.tangents, towards)
-    _, _, across_o = across(fragments.tangents, fragments.to_eye)
-    return np.asarray((1 + dot(across_i, across_o)) * cos_i / np.float32(np.pi**2))

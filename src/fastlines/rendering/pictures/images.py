@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Collection, Mapping
 from pathlib import Path
+from typing import IO
 
 import numpy as np
 import numpy.typing as npt
@@ -21,6 +22,8 @@ IMAGE_FORMATS = {
 }
 #: What renderers call the channels of some AOVs; others keep their names.
 CHANNELS = {"depth": "Z", "normal": "N", "position": "P"}
+#: The rendering intent of sRGB in a PNG: that for pictures.
+PERCEPTUAL = 0
 #: The largest float16, and the number of nothing in a channel of whole numbers.
 HALF_MAX, NOTHING = 65504.0, 2**32 - 1
 
@@ -44,12 +47,20 @@ def known_extension(path: str | os.PathLike[str], formats: Collection[str], what
 
 def write_picture(path: str | os.PathLike[str], picture: npt.NDArray[np.uint8]) -> None:
     """Write a picture, (h, w) or (h, w, 3) uint8, as PNG; the file appears whole or not at all."""
-    from PIL import Image
-
     if check_image_path(path) != ".png":
         raise InputError(f"{path}: a picture of 8 bits is written as .png")
     with atomic_write(path) as partial:
-        Image.fromarray(picture).save(partial, "PNG")
+        save_png(partial, picture)
+
+
+def save_png(file: Path | IO[bytes], picture: npt.NDArray[np.uint8]) -> None:
+    """Write a picture as PNG, and say that its values are those of sRGB."""
+    from PIL import Image
+    from PIL.PngImagePlugin import PngInfo
+
+    info = PngInfo()
+    info.add(b"sRGB", bytes([PERCEPTUAL]))
+    Image.fromarray(picture).save(file, "PNG", pnginfo=info)
 
 
 def write_depth(path: str | os.PathLike[str], depth: FloatArray) -> None:

@@ -28,14 +28,16 @@ class Ground:
         lowest = float((self.middle - np.abs(context.up) * (box[1] - box[0]) / 2) @ context.up)
         self.height = lowest - context.radius - context.tree.geometry.max_radius
 
-    def darkness(self, origins: FloatArray, directions: FloatArray, sampler: Sampler) -> FloatArray:
-        """Return how dark the ground is where rays with unit directions meet it, (n,); 0 where they do not."""
+    def darkness(
+        self, origins: FloatArray, directions: FloatArray, opacity: FloatArray, sampler: Sampler
+    ) -> FloatArray:
+        """Return how dark the ground is where rays with unit directions see it behind lines, (n,); 0 where they do not."""
         context = self.context
         dark = np.zeros(len(directions), np.float32)
         numbers = sampler.next_2d(), sampler.next_2d()
         sinking = -(directions @ context.up)
         above = origins @ context.up - np.float32(self.height)
-        rows = np.flatnonzero((sinking > 1e-3) & (above > 0))
+        rows = np.flatnonzero((sinking > 1e-3) & (above > 0) & (opacity < 1))
         points = np.asarray(origins[rows] + (above[rows] / sinking[rows])[:, None] * directions[rows], np.float32)
         away = points - self.middle
         fade = np.exp(-dot(away, away) / (FADE * max(context.size, context.radius, 1e-15)) ** 2)
@@ -48,5 +50,5 @@ class Ground:
         up = np.broadcast_to(context.up, points.shape)
         sky = hemisphere(up, *(each[rows] for each in numbers[1]))
         no_sky = ~context.unoccluded(points, sky, NEAR * context.size)
-        dark[rows] = fade * (KEY * no_key + SKY * no_sky)
+        dark[rows] = fade * (KEY * no_key + SKY * no_sky) * (1 - opacity[rows])
         return dark

@@ -9,8 +9,11 @@ import numpy.typing as npt
 
 from ...arrays import FloatArray
 from ...camera import Camera
+from ...geometry.any_geometry import AnyGeometry
+from ...geometry.axis_geometry import AxisGeometry
 from ...support.computed_once import computed_once
 from ...tree import Tree
+from .density_grid import DensityGrid
 from .depth import View
 from .depth_tone import PROBE, SPOT, THIN, Tone, pixel_size, probe
 from .lighting import Rig
@@ -79,6 +82,27 @@ class ShadingContext:
         """How far from a line its rays start: beyond itself, if it has no surface to start from."""
         return max(2 * self.pixel, 4 * self.radius) if self.thin else 0.0
 
+    @computed_once
+    def density(self) -> DensityGrid | None:
+        """The density of the lines; None for lines that are not in memory."""
+        geometry = self.tree.geometry
+        return DensityGrid.of(geometry, self.radius) if any(map(_in_memory, geometry.each_part())) else None
+
+    def mean_crossings(
+        self, points: FloatArray, tangents: FloatArray, directions: FloatArray, moved: FloatArray, far: float
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return how many lines light crosses on average, and of these those beyond `far`; see `DensityGrid`.
+
+        What has no axis hides all light if it is beyond `far`.
+        """
+        if self.density is None:
+            crossed, beyond = self.count_crossings(points, directions), np.zeros(len(points), np.float32)
+        else:
+            crossed, beyond = self.density.crossings(points, tangents, directions, moved, far)
+        if not all(map(_in_memory, self.tree.geometry.each_part())):
+            beyond = np.where(self.unoccluded(points, directions, beyond=far), beyond, np.float32(np.inf))
+        return crossed, beyond
+
     def count_crossings(self, points: FloatArray, directions: FloatArray) -> FloatArray:
         """Return how many lines hide the light from a direction: of thin lines some fraction, from the mean."""
         own = self.tree.geometry.max_radius
@@ -93,3 +117,8 @@ class ShadingContext:
         """Return from which points nothing is hit in some direction, beyond one distance and up to another."""
         start = max(min(self._start, 0.25 * distance), beyond)
         return ~self.tree.any_hit(points, directions, self.radius, t_min=start, t_max=distance)
+
+
+def _in_memory(part: AnyGeometry) -> bool:
+    """Return whether lines, or curves, are in memory."""
+    return isinstance(part, AxisGeometry)

@@ -1,0 +1,161 @@
+"""Compiled scattering of hair beside the formulas in float64, over a grid of materials and at extreme angles."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from fastlines.rendering.hair import AveragedHair, HairMaterial, evaluate, pdf, sample
+from fastlines.rendering.hair.longitudinal import longitudinal
+from fastlines.rendering.hair.table import azimuth_table
+
+MATERIALS = {
+    "brown": HairMaterial(),
+    "clear": HairMaterial((0, 0, 0)),
+    "rough": HairMaterial((0.2, 0.6, 2.0), 1.0, 1.0),
+    "smooth": HairMaterial((0.2, 0.6, 2.0), 0.1, 0.2, scale_tilt=-8),
+    "black glass": HairMaterial((1, 50, 1e6), 0.2, 0.6, eta=4, scale_tilt=20),
+    "thin": HairMaterial((0, 0.01, 0.1), 0.6, 0.3, eta=1.001),
+}
+#: How much compiled code may differ, as a fraction of a fibre's largest value: rounding moves a lobe by about 2e-7, which
+#: is more of a narrow lobe.
+TOLERANCE = {"brown": 1e-5, "clear": 1e-5, "rough": 2e-6, "smooth": 4e-5, "black glass": 1e-5, "thin": 1e-5}
+
+
+def directions(rng, *shape):
+    vectors = rng.normal(size=(*shape, 3))
+    return (vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)).astype(np.float32)
+
+
+def fibres(n, grazing=1.0, seed=0):
+    """Return outgoing directions, tangents and offsets in float32; the directions are near to the tangents if wanted."""
+    rng = np.random.default_rng(seed)
+    tangent, h = directions(rng, n, 1), rng.uniform(-1, 1, (n, 1)).astype(np.float32)
+    h[:4, 0] = 1, -1, 0, np.nextafter(np.float32(1), np.float32(0))
+    wo = directions(rng, n, 1) * np.float32(grazing) + tangent * np.float32(1 - grazing)
+    return wo / np.linalg.norm(wo, axis=-1, keepdims=True), tangent, h
+
+
+def doubles(*arrays):
+    return tuple(np.asarray(each, np.float64) for each in arrays)
+
+
+def half_drawn(material, wo, tangent, h, n=100):
+    """Return directions of light in float32, (…, 2n, 3): n are drawn by the material, the others evenly."""
+    rng = np.random.default_rng(1)
+    drawn, _, _ = sample(material, *doubles(wo, tangent, h), rng.random((len(wo), n, 4)))
+    return np.concatenate([drawn.astype(np.float32), directions(rng, len(wo), n)], axis=1)
+
+
+def largest_difference(compiled, reference):
+    """Return how much values of fibres (n, directions, …) differ, as a fraction of each fibre's largest value."""
+    assert compiled.dtype == np.float32
+    return float((np.abs(compiled - reference) / reference.max(axis=1, keepdims=True)).max())
+
+
+@pytest.mark.parametrize("name", MATERIALS)
+def test_values_and_densities_are_those_of_the_formulas(name):
+    material, (wo, tangent, h) = MATERIALS[name], fibres(200)
+    wi = half_drawn(material, wo, tangent, h)
+    rays = wo, wi, tangent, h
+    assert largest_difference(evaluate(material, *rays), evaluate(material, *doubles(*rays))) < TOLERANCE[name]
+    assert largest_difference(pdf(material, *rays), pdf(material, *doubles(*rays))) < TOLERANCE[name]
+
+
+@pytest.mark.parametrize(("grazing", "tolerance"), [(0.1, 5e-5), (0.01, 5e-4), (1e-3, 5e-3)])
+def test_light_that_leaves_along_the_fibre(grazing, tolerance):
+    """Rounding turns the azimuth of a direction by 1e-7 over the cosine of its inclination."""
+    material, (wo, tangent, h) = HairMaterial(), fibres(200, grazing)
+    rays = wo, half_drawn(material, wo, tangent, h), tangent, h
+    assert largest_difference(evaluate(material, *rays), evaluate(material, *doubles(*rays))) < tolerance
+
+
+@pytest.mark.parametrize("roughness", [(0.001, 0.3), (0.3, 0.001), (0.001, 0.001)])
+def test_smoothest_lobes_are_as_sharp_as_float32(roughness):
+    material, (wo, tangent, h) = HairMaterial((0.2, 0.6, 2.0), *roughness), fibres(200)
+    rays = wo, half_drawn(material, wo, tangent, h), tangent, h
+    compiled, reference = evaluate(material, *rays), evaluate(material, *doubles(*rays))
+    # Lobes are about 4e-4 wide, and rounding moves them by 2e-7.
+    assert largest_difference(compiled, reference) < 5e-3
+    assert compiled.sum(axis=1) == pytest.approx(reference.sum(axis=1), rel=2e-3)
+
+
+@pytest.mark.parametrize("name", MATERIALS)
+def test_samples_are_those_of_the_formulas(name):
+    material, (wo, tangent, h) = MATERIALS[name], fibres(2000)
+    u4 = np.random.default_rng(2).random((2000, 1, 4)).astype(np.float32)
+    wi, weight, density = sample(material, wo, tangent, h, u4)
+    expected, expected_weight, _ = sample(material, *doubles(wo, tangent, h, u4))
+    assert np.linalg.norm(wi, axis=-1) == pytest.approx(1, abs=5e-7)
+    # A number between two lobes may choose the other one.
+    same = np.linalg.norm(wi - expected, axis=-1) < 3e-5
+    assert same.mean() > 0.998
+    assert weight[same] == pytest.approx(expected_weight[same], rel=2e-3, abs=1e-6)
+    # The density and the weight are those of the direction that is returned.
+    rays = wo, wi, tangent, h
+    assert density.tolist() == pdf(material, *rays).tolist()
+    assert weight * density[..., None] == pytest.approx(evaluate(material, *rays), rel=1e-6)
+
+
+@pytest.mark.parametrize(("longitudinal_roughness", "azimuthal_roughness"), [(0.3, 0.3), (0.1, 0.2), (1.0, 1.0)])
+def test_white_furnace_and_densities_in_float32(longitudinal_roughness, azimuthal_roughness):
+    sine, phi = np.meshgrid((np.arange(400) + 0.5) / 200 - 1, (np.arange(200) + 0.5) * (np.pi / 100))
+    cosine = np.sqrt(1 - sine**2)
+    wi = np.stack([sine, cosine * np.cos(phi), cosine * np.sin(phi)], axis=-1).astype(np.float32)
+    along = np.float32([1, 0, 0])
+    clear = HairMaterial((0, 0, 0), longitudinal_roughness, azimuthal_roughness, scale_tilt=4)
+    brown = HairMaterial((0.2, 0.5, 1.5), longitudinal_roughness, azimuthal_roughness)
+    for sin_o, h in ((0.0, -0.9), (0.5, 0.2), (-0.97, 0.6)):
+        wo = np.float32([sin_o, 0, math.sqrt(1 - sin_o**2)])
+        mean = evaluate(clear, wo, wi, along, np.float32(h)).mean(axis=(0, 1), dtype=np.float64)
+        assert mean * 4 * math.pi == pytest.approx([1, 1, 1], abs=0.003)
+        density = pdf(brown, wo, wi, along, np.float32(h)).mean(dtype=np.float64)
+        assert density * 4 * math.pi == pytest.approx(1, abs=0.003)
+
+
+def test_any_number_of_rows_and_layout_of_arrays():
+    material, (wo, tangent, h) = HairMaterial(), fibres(40)
+    rays = wo, half_drawn(material, wo, tangent, h, 1)[:, :1], tangent, h
+    value = evaluate(material, *rays)
+    for n in (1, 15, 16, 17, 33):
+        assert evaluate(material, *(each[:n] for each in rays)).tolist() == value[:n].tolist()
+    assert evaluate(material, *(each[::3] for each in rays)).tolist() == value[::3].tolist()
+    assert evaluate(material, *(np.asfortranarray(each) for each in rays)).tolist() == value.tolist()
+    assert np.isnan(evaluate(material, wo, wo * np.float32(math.nan), tangent, h)).all()
+
+
+# --- The far field ---
+
+
+def interpolated(material, sin_o, sin_i, phi):
+    """Return the values of tables between their ends, in float64, without what speed needs."""
+    table = azimuth_table(material)
+    n_rows, n_columns, _ = table.values.shape
+    cos_o, cos_i = np.sqrt(1 - sin_o**2), np.sqrt(1 - sin_i**2)
+    x = np.abs((phi + np.pi) % (2 * np.pi) - np.pi) * ((n_columns - 1) / np.pi)
+    y = (cos_o + cos_o**2) / 2 * (n_rows - 1)
+    column, row = (np.minimum(at.astype(int), n - 2) for at, n in ((x, n_columns), (y, n_rows)))
+    x, y = (x - column)[:, None], (y - row)[:, None]
+    values = np.asarray(table.values, np.float64)
+    upper, lower = (values[r, column] * (1 - x) + values[r, column + 1] * x for r in (row, row + 1))
+    around = upper * (1 - y) + lower * y
+    rest = table.rest[row] * (1 - y) + table.rest[row + 1] * y
+    value = np.zeros((len(phi), 3))
+    channels = around[:, :1], around[:, 1:4], around[:, 4:7], rest
+    for lobe, tilt, variance in zip(channels, material.tilts, material.variances, strict=True):
+        tilted = sin_o * math.cos(tilt) + cos_o * math.sin(tilt)
+        across = np.abs(cos_o * math.cos(tilt) - sin_o * math.sin(tilt))
+        value += lobe * longitudinal(sin_i, cos_i, tilted, across, variance)[:, None]
+    return value
+
+
+@pytest.mark.parametrize("name", MATERIALS)
+def test_averages_are_interpolated_in_tables(name):
+    rng = np.random.default_rng(3)
+    sin_o, sin_i, phi = (rng.uniform(-end, end, 4000).astype(np.float32) for end in (1, 1, 9))
+    sin_o[:3], phi[3:6] = (-1, 0, 1), (0, np.pi, -np.pi)
+    value = AveragedHair(MATERIALS[name]).evaluate(sin_o, sin_i, phi)
+    expected = interpolated(MATERIALS[name], *doubles(sin_o, sin_i, phi))
+    assert (np.abs(value - expected) / expected.max(axis=0)).max() < 1e-5
