@@ -233,7 +233,7 @@ def hair_sample(
     tangents: NDArray[numpy.float32],
     h: NDArray[numpy.float32],
     u4: NDArray[numpy.float32],
-) -> tuple: ...
+) -> tuple[NDArray[numpy.float32], NDArray[numpy.float32], NDArray[numpy.float32]]: ...
 def averaged_hair(
     material: Sequence[float],
     azimuths: NDArray[numpy.float32],
@@ -247,4 +247,4 @@ def averaged_attenuations(
     azimuths: NDArray[numpy.float32],
     inclinations: NDArray[numpy.float32],
     sin_theta: NDArray[numpy.float32],
-) -> tuple: ...
+) -> tuple[NDArray[numpy.float32], NDArray[numpy.float32]]: ...

@@ -29,7 +29,7 @@ def directions(rng, *shape):
 
 
 def fibres(n, grazing=1.0, seed=0):
-    """Return outgoing directions, tangents and offsets in float32; the directions are near to the tangents if wanted."""
+    """Return outgoing directions, near to the tangents if wanted, tangents and offsets in float32."""
     rng = np.random.default_rng(seed)
     tangent, h = directions(rng, n, 1), rng.uniform(-1, 1, (n, 1)).astype(np.float32)
     h[:4, 0] = 1, -1, 0, np.nextafter(np.float32(1), np.float32(0))
@@ -51,8 +51,8 @@ def half_drawn(material, wo, tangent, h, n=100):
 def largest_difference(compiled, reference, wo, wi, tangent, h):
     """Return how much values of fibres (n, directions, …) differ, as a fraction of each fibre's largest value.
 
-    Rounding turns directions around the tangent by about 1e-7 over the cosine of their inclination. So differences count
-    times the smaller cosine.
+    Rounding turns directions around the tangent by about 1e-7 over the cosine of their inclination. So differences
+    count times the smaller cosine.
     """
     assert compiled.dtype == np.float32
     cosines = (np.linalg.norm(np.cross(each, tangent), axis=-1) for each in doubles(wo, wi))
@@ -105,11 +105,11 @@ def test_white_furnace_and_densities_in_float32(longitudinal_roughness, azimutha
     sine, phi = np.meshgrid((np.arange(400) + 0.5) / 200 - 1, (np.arange(200) + 0.5) * (np.pi / 100))
     cosine = np.sqrt(1 - sine**2)
     wi = np.stack([sine, cosine * np.cos(phi), cosine * np.sin(phi)], axis=-1).astype(np.float32)
-    along = np.float32([1, 0, 0])
+    along = np.array([1, 0, 0], np.float32)
     clear = HairMaterial((0, 0, 0), longitudinal_roughness, azimuthal_roughness, scale_tilt=4)
     brown = HairMaterial((0.2, 0.5, 1.5), longitudinal_roughness, azimuthal_roughness)
     for sin_o, h in ((0.0, -0.9), (0.5, 0.2), (-0.97, 0.6)):
-        wo = np.float32([sin_o, 0, math.sqrt(1 - sin_o**2)])
+        wo = np.array([sin_o, 0, math.sqrt(1 - sin_o**2)], np.float32)
         mean = evaluate(clear, wo, wi, along, np.float32(h)).mean(axis=(0, 1), dtype=np.float64)
         assert mean * 4 * math.pi == pytest.approx([1, 1, 1], abs=0.003)
         density = pdf(brown, wo, wi, along, np.float32(h)).mean(dtype=np.float64)

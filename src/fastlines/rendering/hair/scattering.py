@@ -165,12 +165,13 @@ class FibrePoints:
     Examples
     --------
     >>> wo, tangent = np.array([[0.0, 0.0, 1.0]], np.float32), np.array([[1.0, 0.0, 0.0]], np.float32)
-    >>> FibrePoints(HairMaterial(), wo, tangent, np.zeros(1, np.float32)).evaluate(-wo).round(4).tolist()
-    [[1.7445, 0.8468, 0.1472]]
+    >>> print(FibrePoints(HairMaterial(), wo, tangent, np.zeros(1, np.float32)).evaluate(-wo).round(4))
+    [[1.7445 0.8468 0.1472]]
     """
 
     def __init__(self, material: HairMaterial, wo: FloatArray, tangent: FloatArray, h: FloatArray) -> None:
-        self._points = material.numbers, *(np.ascontiguousarray(each) for each in (wo, tangent, h))
+        rows = np.ascontiguousarray
+        self._points = material.numbers, rows(wo), rows(tangent), rows(h)
 
     def evaluate(self, wi: FloatArray) -> FloatArray:
         """Return how much of the light from wi each point scatters, (n, 3)."""
