@@ -17,6 +17,7 @@ void bind_engine(nanobind::module_& m) {
   bind_in_box(m);
   bind_routes(m);
   bind_hair(m);
+  bind_paths(m);
 }
 
 }  // namespace fastlines

@@ -23,9 +23,9 @@ from fastlines.query.queries import check_query
 from fastlines.query.ray_arguments import RayArguments
 from fastlines.rendering.color.tone import filmic, srgb, to_bytes
 from fastlines.rendering.hair import HairMaterial, longitudinal
-from fastlines.rendering.looks.traced_hair import HairScatterer
-from fastlines.rendering.path_tracing.path_tracer import PathSampler, PathTracer
+from fastlines.rendering.path_tracing.path_tracer import PathTracer
 from fastlines.rendering.path_tracing.path_vertices import seen_vertices
+from fastlines.rendering.sampling.sampler import Sampler
 from fastlines.rendering.sampling.sobol import hashed
 from fastlines.rendering.shading.depth_tone import grey
 from fastlines.rendering.shading.fragments import Surfaces
@@ -57,13 +57,12 @@ __all__ = [
     "FastlinesError",
     "Group",
     "HairMaterial",
-    "HairScatterer",
     "Layout",
     "Light",
-    "PathSampler",
     "PathTracer",
     "RayArguments",
     "Rig",
+    "Sampler",
     "ShadingContext",
     "Sky",
     "Surfaces",

@@ -6,60 +6,18 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ...arrays import AnyArray, FloatArray, IntArray
-from ...camera import Vector
-from ...support.vectors import dot, is_zero
-from ..hair import FibrePoints, HairMaterial
-from ..path_tracing.path_tracer import PathSampler, PathTracer
-from ..path_tracing.path_vertices import PathVertices, seen_vertices
+from ...arrays import AnyArray, FloatArray
+from ..hair import HairMaterial
+from ..path_tracing.path_tracer import PathTracer
+from ..path_tracing.path_vertices import seen_vertices
 from ..sampling.sampler import Sampler
 from ..shading.fragments import Fragments
-from ..shading.lighting import SALON, Rig, hemisphere
+from ..shading.lighting import SALON, Rig
 from ..shading.shading_context import ShadingContext
 from .look import Backdrop
 
-#: The reflectance of what is not a line, such as the skin below the hair.
-SKIN = (0.42, 0.27, 0.20)
 #: How often light is scattered at most. Blond hair needs many: a fibre absorbs little.
 MAX_BOUNCES = 64
-
-
-@dataclass(frozen=True)
-class HairScatterer:
-    """Scatters light at hairs, and evenly at surfaces without an axis."""
-
-    material: HairMaterial
-    skin: Vector = SKIN
-
-    def at(self, vertices: PathVertices) -> HairScattering:
-        """Return the scattering at some vertices; see `Scatterer`."""
-        points = FibrePoints(self.material, vertices.to_eye, vertices.tangents, vertices.h)
-        bare = np.flatnonzero(is_zero(vertices.tangents))
-        return HairScattering(points, bare, vertices.normals[bare], self.skin)
-
-
-@dataclass(frozen=True)
-class HairScattering:
-    """The scattering at some vertices, of which some are bare: they have no axis."""
-
-    points: FibrePoints
-    bare: IntArray
-    normals: FloatArray
-    skin: Vector
-
-    def evaluate(self, towards: FloatArray) -> AnyArray:
-        """Return how much of the light from some directions goes to the eye; see `Scattering`."""
-        value = self.points.evaluate(towards)
-        facing = np.maximum(dot(self.normals, towards[self.bare]), 0)[:, None]
-        value[self.bare] = facing * np.asarray(self.skin, np.float32) / np.float32(np.pi)
-        return value
-
-    def sample(self, u4: FloatArray) -> tuple[AnyArray, AnyArray]:
-        """Draw directions; see `Scattering`."""
-        towards, weight, _ = self.points.sample(u4)
-        towards[self.bare] = hemisphere(self.normals, u4[self.bare, 0], u4[self.bare, 1])
-        weight[self.bare] = self.skin
-        return towards, weight
 
 
 @dataclass(frozen=True)
@@ -86,9 +44,9 @@ class TracedHair:
         """Return the light of each fragment towards the eye, (n, 3) float32 linear."""
         choice, across = sampler.next_2d()
         rows, times = _one_of_each_ray(fragments, choice)
-        numbers = PathSampler(sampler.index, sampler.seeds[rows], sampler.dimension)
+        numbers = Sampler(sampler.index, sampler.seeds[rows], sampler.dimension)
         vertices = seen_vertices(fragments, context, across).some(rows)
-        traced = PathTracer(context, HairScatterer(self.material), self.max_bounces).light(vertices, numbers)
+        traced = PathTracer(context, self.material, self.max_bounces).light(vertices, numbers)
         light = np.zeros((len(fragments), 3), np.float32)
         light[rows] = traced * times[:, None]
         return light

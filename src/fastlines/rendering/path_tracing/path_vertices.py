@@ -1,13 +1,4 @@
-"""Where paths of light scatter: points at the surface of fibres, and where the rays that leave them start.
-
-The scattering model takes a fibre as a whole: light that leaves it, also on its other side, starts outside. So a ray in
-the direction ω from the point q, counted from the axis, starts where it leaves the fibre of the radius R:
-
-    t = (√((q·ω')² + |ω'|² (R² − |q|²)) − q·ω') / |ω'|²,     ω' the part of ω across the axis.
-
-Rays that are reflected start at once, and rays that pass the whole width start after 2R / cos θ.
-(`secondary_rays` is about other fibres within that distance.)
-"""
+"""Where paths of light scatter: points at the surface of fibres and of other shapes."""
 
 from __future__ import annotations
 
@@ -18,15 +9,11 @@ import numpy.typing as npt
 
 from ...arrays import FloatArray, IntArray
 from ...query.hits import AllHits
-from ...support.vectors import dot, is_zero, unit
+from ...support.vectors import unit
 from ..shading.fragments import Fragments
 from ..shading.shading_context import ShadingContext
 
-#: The least |ω'|. A ray almost parallel to a straight fibre would leave it far away, but real fibres bend.
-STEEPEST = 0.05
-#: Rays start this much farther, as a fraction of the radius: at a joint, the next segment bends away.
-MARGIN = 0.02
-#: The same as a fraction of the scene's extent, for surfaces and for hairs whose radius is 0 at the tip.
+#: How far outside a surface a ray starts at least, as a fraction of the scene's extent.
 LEAST = 2.0**-20
 
 
@@ -68,30 +55,9 @@ class PathVertices:
         return PathVertices(*(getattr(self, field.name)[rows] for field in fields(self)))
 
     @property
-    def h(self) -> FloatArray:
-        """The offset of each ray from the axis of its fibre, in radii, as `fastlines.rendering.hair` counts it."""
-        side = unit(np.cross(self.to_eye, self.tangents))
-        return np.asarray(np.clip(dot(self.normals, side), -1, 1), np.float32)
-
-    def exits(self, directions: FloatArray, extent: float) -> FloatArray:
-        """Return how far rays in some directions are within the fibre that they start from, (n,).
-
-        Examples
-        --------
-        >>> x, y = np.eye(3, dtype=np.float32)[:2, None]
-        >>> numbers = np.zeros(1, np.int64), np.zeros(1, np.int64)
-        >>> vertex = PathVertices(0.1 * y, y, x, y, np.full(1, 0.1, np.float32), *numbers)
-        >>> [round(float(vertex.exits(way, 1.0)[0]), 3) for way in (y, -y, unit(x - y))]
-        [0.002, 0.202, 0.285]
-        """
-        flat = is_zero(self.tangents)
-        across = directions - dot(directions, self.tangents)[:, None] * self.tangents
-        away = self.normals - dot(self.normals, self.tangents)[:, None] * self.tangents
-        steep = np.maximum(dot(across, across), np.float32(STEEPEST**2))
-        outwards = dot(away, across)
-        rest = np.maximum(1 - dot(away, away), 0)
-        chord = (np.sqrt(outwards**2 + steep * rest) - outwards) / steep
-        return np.asarray(np.where(flat, 0, (chord + MARGIN) * self.radius) + LEAST * extent, np.float32)
+    def columns(self) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]:
+        """The columns that compiled scattering takes."""
+        return self.points, self.normals, self.tangents, self.to_eye, self.radius
 
 
 def seen_vertices(fragments: Fragments, context: ShadingContext, across: FloatArray) -> PathVertices:

@@ -6,7 +6,8 @@ import numpy as np
 import numpy.typing as npt
 
 from ...arrays import FloatArray
-from .sobol import Words, hashed, uniforms
+from ...engines import engine
+from .sobol import Words, hashed
 
 
 class Sampler:
@@ -19,15 +20,15 @@ class Sampler:
     [(5,), (5,)]
     """
 
-    def __init__(self, index: int, seeds: Words) -> None:
+    def __init__(self, index: int, seeds: Words, dimension: int = 2) -> None:
         # Dimensions 0 and 1 are the place in the pixel; reusing them would tie what is drawn to that place.
-        self.index, self.seeds, self.dimension = index, seeds, 2
+        self.index, self.seeds, self.dimension = index, seeds, dimension
 
     def next_2d(self) -> tuple[FloatArray, FloatArray]:
         """Return the next pair of uniform numbers, (n,) each, in [0, 1)."""
-        first = self.dimension
+        first, second = engine.sample_numbers(self.index, self.seeds, self.dimension, 2)
         self.dimension += 2
-        return uniforms(self.index, self.seeds, first), uniforms(self.index, self.seeds, first + 1)
+        return first, second
 
     @classmethod
     def of_fragments(cls, index: int, pixels: Words, ray: npt.NDArray[np.int64]) -> Sampler:

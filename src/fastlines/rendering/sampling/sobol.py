@@ -5,6 +5,8 @@ pixel are as evenly distributed as any 2ᵏ, so that a picture can stop early.
 
 Sources: Burley, "Practical Hash-based Owen Scrambling", JCGT 2020; for drawing points from the filter, Ernst,
 Stamminger and Greiner, "Filter Importance Sampling", 2006.
+
+`uniforms` defines the numbers. `engine.sample_numbers` computes the same ones, compiled.
 """
 
 from __future__ import annotations
@@ -15,6 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ...arrays import AnyArray, FloatArray, IntArray
+from ...engines import engine
 
 Words = npt.NDArray[np.uint32]
 
@@ -103,8 +106,8 @@ def points_in_pixels(index: int | None, pixels: IntArray, width: int) -> tuple[A
     x, y = pixels % width + 0.5, pixels // width + 0.5
     if index is None:
         return x, y
-    seeds = hashed(pixels.astype(np.uint32))
-    return x + filter_offset(uniforms(index, seeds, 0)), y + filter_offset(uniforms(index, seeds, 1))
+    right, down = engine.sample_numbers(index, hashed(pixels.astype(np.uint32)), 0, 2)
+    return x + filter_offset(right), y + filter_offset(down)
 
 
 @cache
@@ -135,16 +138,8 @@ def _reversed(words: Words) -> Words:
 
 def _sobol(index: Words) -> Words:
     """Return the second coordinate of the Sobol sequence: the bits of the index times Pascal's triangle mod 2."""
-    tables = _sobol_tables()
-    parts = (tables[byte][(index >> np.uint32(8 * byte)) & np.uint32(255)] for byte in range(4))
-    return np.asarray(np.bitwise_xor.reduce(list(parts)), np.uint32)
-
-
-@cache
-def _sobol_tables() -> Words:
-    """Return the second coordinate of the values of each byte of an index, (4, 256)."""
-    tables, column = np.zeros((4, 256), np.uint32), np.uint32(1 << 31)
-    for byte, bit in np.ndindex(4, 8):
-        tables[byte] ^= np.where(np.arange(256) >> bit & 1, column, np.uint32(0))
+    point, column = np.zeros_like(index), np.uint32(1 << 31)
+    for bit in range(32):
+        point ^= np.where(index >> np.uint32(bit) & np.uint32(1), column, np.uint32(0))
         column ^= column >> np.uint32(1)
-    return tables
+    return point

@@ -69,13 +69,25 @@ class Light:
 
     def sample(self, camera: Camera, first: FloatArray, second: FloatArray) -> FloatArray:
         """Return unit vectors towards points of the light, one for each pair of uniform numbers, (n, 3)."""
+        towards, radius, other = self.disc(camera)
+        away, turn = np.sqrt(first), TURN * second
+        return unit(towards + (away * np.cos(turn))[:, None] * radius + (away * np.sin(turn))[:, None] * other)
+
+    def disc(self, camera: Camera) -> Float64Array:
+        """Return the unit vector towards the light, and two radii of its disc at that distance, as rows.
+
+        Examples
+        --------
+        >>> import fastlines as fl
+        >>> print(Light((0, 0, 1), angle=45).disc(fl.Camera(origin=(0, 0, 4), target=(0, 0, 0))).round(6))
+        [[ 0.  0.  1.]
+         [ 0.  1.  0.]
+         [-1.  0.  0.]]
+        """
         right, up, forward = camera.axes()
         towards = self.direction[0] * right + self.direction[1] * up - self.direction[2] * forward
         towards /= np.sqrt((towards**2).sum())
-        one, other = perpendicular(towards)
-        radius, turn = np.tan(np.radians(self.angle)) * np.sqrt(first), TURN * second
-        vectors = towards + (radius * np.cos(turn))[:, None] * one + (radius * np.sin(turn))[:, None] * other
-        return unit(vectors)
+        return np.stack([towards, *np.tan(np.radians(self.angle)) * np.stack(perpendicular(towards))])
 
 
 @dataclass(frozen=True)
@@ -95,6 +107,11 @@ class Sky:
         up, down = np.maximum(height, 0)[:, None], np.maximum(-height, 0)[:, None]
         return np.asarray(horizon + up * (top - horizon) + down * (bottom - horizon))
 
+    def row(self, up: FloatArray) -> FloatArray:
+        """Return an upward direction and the radiance there and elsewhere, (12,), as compiled shading takes them."""
+        top, horizon, bottom = (np.asarray(color, np.float32) for color in (self.top, self.horizon, self.bottom))
+        return np.concatenate([up, horizon, top - horizon, bottom - horizon], dtype=np.float32)
+
 
 @dataclass(frozen=True)
 class Rig:
@@ -108,6 +125,11 @@ class Rig:
             raise InputError(f"lights={self.lights!r}; expected a list of Light, which may be empty")
         object.__setattr__(self, "lights", tuple(self.lights))
         instance("sky", self.sky, Sky, "a Sky")
+
+    def rows(self, camera: Camera) -> FloatArray:
+        """Return the disc and the colour of each distant light, (n_lights, 12), as compiled shading takes them."""
+        found = [np.append(light.disc(camera), light.color) for light in self.lights]
+        return np.array(found, np.float32).reshape(-1, 12)
 
 
 #: A key light from the upper left, a fill light, and a rim light from behind.

@@ -14,10 +14,9 @@ from fastlines import Tree
 
 from ...harness.arrays import FloatArray
 from ...harness.internals import (
-    HairScatterer,
-    PathSampler,
     PathTracer,
     Rig,
+    Sampler,
     ShadingContext,
     Surfaces,
     hashed,
@@ -77,7 +76,7 @@ class OurScene:
         self._context = ShadingContext(
             timed, scene.query_radius, scene.camera, Rig((scene.light,), scene.sky), 0.0, False
         )
-        self._tracer = PathTracer(self._context, HairScatterer(scene.material), scene.max_bounces)
+        self._tracer = PathTracer(self._context, scene.material, scene.max_bounces)
         self._finder = Surfaces(timed, scene.query_radius)
 
     def render(self, samples: int, seed: int) -> tuple[FloatArray, float]:
@@ -93,13 +92,13 @@ class OurScene:
         """Return the light of one ray for each pixel."""
         size = self.scene.size
         pixels = np.arange(size * size)
-        sampler = PathSampler(index, hashed(pixels.astype(np.uint32), seed))
-        place = sampler.take(pixels, 2)
-        x, y = pixels % size + place[:, 0], pixels // size + place[:, 1]
+        seeds = hashed(pixels.astype(np.uint32), seed)
+        right, down = Sampler(index, seeds, 0).next_2d()
+        x, y = pixels % size + right, pixels // size + down
         origins, directions, _ = self.scene.camera.ray(x, y, size, size)
         fragments = self._finder.find(origins, directions, 0.0)
         light = self._context.rig.sky.radiance(directions @ self._context.up)
-        numbers = PathSampler(index, sampler.seeds[fragments.ray], 2)
+        numbers = Sampler(index, seeds[fragments.ray])
         vertices = seen_vertices(fragments, self._context, np.zeros(len(fragments), np.float32))
         light[fragments.ray] = self._tracer.light(vertices, numbers)
         return np.asarray(light)
