@@ -233,7 +233,7 @@ def hair_sample(
     tangents: NDArray[numpy.float32],
     h: NDArray[numpy.float32],
     u4: NDArray[numpy.float32],
-) -> tuple: ...
+) -> tuple[NDArray[numpy.float32], NDArray[numpy.float32], NDArray[numpy.float32]]: ...
 def averaged_hair(
     material: Sequence[float],
     azimuths: NDArray[numpy.float32],
@@ -247,4 +247,52 @@ def averaged_attenuations(
     azimuths: NDArray[numpy.float32],
     inclinations: NDArray[numpy.float32],
     sin_theta: NDArray[numpy.float32],
-) -> tuple: ...
+) -> tuple[NDArray[numpy.float32], NDArray[numpy.float32]]: ...
+def sample_numbers(
+    index: int, seeds: NDArray[numpy.uint32], dimension: int, count: int
+) -> list[NDArray[numpy.float32]]: ...
+def scatter_paths(
+    scene: tuple[NDArray[numpy.float32], Sequence[float], Sequence[float], float],
+    step: tuple[int, int, int],
+    vertices: tuple[
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+    ],
+    paths: tuple[NDArray[numpy.int64], NDArray[numpy.float32], NDArray[numpy.uint32]],
+) -> tuple[
+    list[
+        tuple[
+            NDArray[numpy.int64],
+            NDArray[numpy.float32],
+            NDArray[numpy.float32],
+            NDArray[numpy.float32],
+            NDArray[numpy.float32],
+        ]
+    ],
+    tuple[
+        NDArray[numpy.int64],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+    ],
+    int,
+]: ...
+def add_offered(
+    light: NDArray[numpy.float32],
+    path: NDArray[numpy.int64],
+    vertex: NDArray[numpy.int64],
+    offered: NDArray[numpy.float32],
+    free: NDArray[numpy.bool_],
+) -> None: ...
+def add_sky(
+    light: NDArray[numpy.float32],
+    path: NDArray[numpy.int64],
+    weight: NDArray[numpy.float32],
+    directions: NDArray[numpy.float32],
+    away: NDArray[numpy.bool_],
+    sky: Sequence[float],
+) -> None: ...
