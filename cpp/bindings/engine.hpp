@@ -14,6 +14,7 @@ void bind_points(nanobind::module_& m);
 void bind_pairs(nanobind::module_& m);
 void bind_in_box(nanobind::module_& m);
 void bind_routes(nanobind::module_& m);
+void bind_frames(nanobind::module_& m);
 
 /// Binds all parts.
 void bind_engine(nanobind::module_& m);
