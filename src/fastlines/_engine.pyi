@@ -213,6 +213,45 @@ def ray_routes(
     n_threads: int,
     progress: object | None,
 ) -> fastlines._core.RayRoutes: ...
+def hit_points(
+    axes: tuple[
+        NDArray[numpy.float32],
+        tuple[
+            NDArray[numpy.float32],
+            NDArray[numpy.float32] | None,
+            NDArray[numpy.int64],
+            NDArray[numpy.float32],
+            NDArray[numpy.float32],
+        ]
+        | None,
+    ],
+    places: tuple[NDArray[numpy.int64], NDArray[numpy.float64], NDArray[numpy.float64], NDArray[numpy.int64] | None],
+    rays: tuple[
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+    ],
+    surface: bool,
+    n_threads: int,
+    progress: object | None,
+) -> NDArray[numpy.float64]: ...
+def hit_normals(
+    axes: tuple[
+        NDArray[numpy.float32],
+        tuple[
+            NDArray[numpy.float32],
+            NDArray[numpy.float32] | None,
+            NDArray[numpy.int64],
+            NDArray[numpy.float32],
+            NDArray[numpy.float32],
+        ]
+        | None,
+    ],
+    places: tuple[NDArray[numpy.int64], NDArray[numpy.float64], NDArray[numpy.float64], NDArray[numpy.int64] | None],
+    rays: tuple[
+        NDArray[numpy.float32],
 def hair_evaluate(
     material: Sequence[float],
     to_eye: NDArray[numpy.float32],
@@ -279,6 +318,74 @@ def scatter_paths(
         NDArray[numpy.float32],
         NDArray[numpy.float32],
     ],
+    surface: bool,
+    n_threads: int,
+    progress: object | None,
+) -> NDArray[numpy.float64]: ...
+def hit_tangents(
+    axes: tuple[
+        NDArray[numpy.float32],
+        tuple[
+            NDArray[numpy.float32],
+            NDArray[numpy.float32] | None,
+            NDArray[numpy.int64],
+            NDArray[numpy.float32],
+            NDArray[numpy.float32],
+        ]
+        | None,
+    ],
+    prim: NDArray[numpy.int64],
+    u: NDArray[numpy.float64],
+    n_threads: int,
+    progress: object | None,
+) -> NDArray[numpy.float64]: ...
+def hit_radii(
+    axes: tuple[
+        NDArray[numpy.float32],
+        tuple[
+            NDArray[numpy.float32],
+            NDArray[numpy.float32] | None,
+            NDArray[numpy.int64],
+            NDArray[numpy.float32],
+            NDArray[numpy.float32],
+        ]
+        | None,
+    ],
+    prim: NDArray[numpy.int64],
+    u: NDArray[numpy.float64],
+    n_threads: int,
+    progress: object | None,
+) -> NDArray[numpy.float64]: ...
+def hit_frames(
+    axes: tuple[
+        NDArray[numpy.float32],
+        tuple[
+            NDArray[numpy.float32],
+            NDArray[numpy.float32] | None,
+            NDArray[numpy.int64],
+            NDArray[numpy.float32],
+            NDArray[numpy.float32],
+        ]
+        | None,
+    ],
+    places: tuple[NDArray[numpy.int64], NDArray[numpy.float64], NDArray[numpy.float64], NDArray[numpy.int64] | None],
+    rays: tuple[
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+    ],
+    lift: float,
+    n_threads: int,
+    progress: object | None,
+) -> tuple[
+    NDArray[numpy.float32],
+    NDArray[numpy.float32],
+    NDArray[numpy.float32],
+    NDArray[numpy.float32],
+    NDArray[numpy.float32],
+]: ...
     int,
 ]: ...
 def add_offered(
