@@ -44,6 +44,8 @@ class PictureOptions:
     ----------
     camera : Camera or ViewOptions, optional
         A camera, or how to choose one.
+    side : int
+        A picture without a width and a height has about side² pixels.
     legend : bool, optional
         By default the colours of numbers have a legend, unless the file holds numbers itself.
     file : str, optional
@@ -53,6 +55,7 @@ class PictureOptions:
     camera: Camera | ViewOptions | None = None
     width: int | None = None
     height: int | None = None
+    side: int = SIZE
     look: str | Look | Measure | None = None
     radius: float | None = None
     samples: int | None = None
@@ -194,9 +197,9 @@ def plan_picture(
 def choose_camera(options: PictureOptions, geometry: AnyGeometry) -> tuple[Camera, int, int]:
     """Return the camera, the width and the height of a picture."""
     view = options.camera or ViewOptions()
-    suitable = (SIZE, SIZE)
+    suitable = (options.side, options.side)
     if isinstance(view, ViewOptions) and not view.turns:
-        suitable = default_size(geometry, SIZE, direction=view.direction, up=view.up)
+        suitable = default_size(geometry, options.side, direction=view.direction, up=view.up)
     width, height = complete_size(options.width, options.height, suitable)
     check_size(width, height)
     return (view.camera(geometry, width / height) if isinstance(view, ViewOptions) else view), width, height

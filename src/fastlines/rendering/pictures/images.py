@@ -42,14 +42,17 @@ def known_extension(path: str | os.PathLike[str], formats: Collection[str], what
     return extension
 
 
-def write_picture(path: str | os.PathLike[str], picture: npt.NDArray[np.uint8]) -> None:
-    """Write a picture, (h, w) or (h, w, 3) uint8, as PNG; the file appears whole or not at all."""
+def write_picture(path: str | os.PathLike[str], picture: npt.NDArray[np.uint8], *, is_final: bool = True) -> None:
+    """Write a picture, (h, w) or (h, w, 3) uint8, as PNG; the file appears whole or not at all.
+
+    One that is not final is compressed less, and may be lost at a power failure.
+    """
     from PIL import Image
 
     if check_image_path(path) != ".png":
         raise InputError(f"{path}: a picture of 8 bits is written as .png")
-    with atomic_write(path) as partial:
-        Image.fromarray(picture).save(partial, "PNG")
+    with atomic_write(path, durable=is_final) as partial:
+        Image.fromarray(picture).save(partial, "PNG", compress_level=6 if is_final else 1)
 
 
 def write_depth(path: str | os.PathLike[str], depth: FloatArray) -> None:
