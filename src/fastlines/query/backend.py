@@ -11,7 +11,7 @@ import numpy.typing as npt
 from .. import _core
 from ..arrays import FloatArray, IntArray
 from ..progress import ProgressCallback
-from ..threads import get_num_threads
+from ..threads import check_wanted, get_num_threads
 from .at import At
 
 if TYPE_CHECKING:
@@ -90,5 +90,6 @@ class CompiledBackend:
         return lists
 
     def _how(self, progress: ProgressCallback | None) -> tuple[Any, ...]:
-        """Return the last arguments of every function of a module."""
+        """Return the last arguments of every function of a module, if the answer is wanted."""
+        check_wanted()
         return (*self.kernel, get_num_threads(), progress)
