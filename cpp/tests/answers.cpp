@@ -46,7 +46,7 @@ struct Engine {
 };
 
 /// The digest of all answers below. If it differs, answers have changed, on this machine or on all.
-constexpr std::uint64_t kDigest = 0x3c24fb3ec95035e2;
+constexpr std::uint64_t kDigest = 0x915bd3a4e4cfe7b0;
 
 /// The FNV-1a hash, fed with words instead of bytes.
 struct Digest {
