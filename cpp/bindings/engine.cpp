@@ -18,6 +18,7 @@ void bind_engine(nanobind::module_& m) {
   bind_routes(m);
   bind_hair(m);
   bind_paths(m);
+  bind_frames(m);
 }
 
 }  // namespace fastlines

@@ -274,6 +274,45 @@ def scatter_paths(
     ],
     tuple[
         NDArray[numpy.int64],
+def hit_points(
+    axes: tuple[
+        NDArray[numpy.float32],
+        tuple[
+            NDArray[numpy.float32],
+            NDArray[numpy.float32] | None,
+            NDArray[numpy.int64],
+            NDArray[numpy.float32],
+            NDArray[numpy.float32],
+        ]
+        | None,
+    ],
+    places: tuple[NDArray[numpy.int64], NDArray[numpy.float64], NDArray[numpy.float64], NDArray[numpy.int64] | None],
+    rays: tuple[
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+    ],
+    surface: bool,
+    n_threads: int,
+    progress: object | None,
+) -> NDArray[numpy.float64]: ...
+def hit_normals(
+    axes: tuple[
+        NDArray[numpy.float32],
+        tuple[
+            NDArray[numpy.float32],
+            NDArray[numpy.float32] | None,
+            NDArray[numpy.int64],
+            NDArray[numpy.float32],
+            NDArray[numpy.float32],
+        ]
+        | None,
+    ],
+    places: tuple[NDArray[numpy.int64], NDArray[numpy.float64], NDArray[numpy.float64], NDArray[numpy.int64] | None],
+    rays: tuple[
+        NDArray[numpy.float32],
         NDArray[numpy.float32],
         NDArray[numpy.float32],
         NDArray[numpy.float32],
@@ -296,3 +335,71 @@ def add_sky(
     away: NDArray[numpy.bool_],
     sky: Sequence[float],
 ) -> None: ...
+    surface: bool,
+    n_threads: int,
+    progress: object | None,
+) -> NDArray[numpy.float64]: ...
+def hit_tangents(
+    axes: tuple[
+        NDArray[numpy.float32],
+        tuple[
+            NDArray[numpy.float32],
+            NDArray[numpy.float32] | None,
+            NDArray[numpy.int64],
+            NDArray[numpy.float32],
+            NDArray[numpy.float32],
+        ]
+        | None,
+    ],
+    prim: NDArray[numpy.int64],
+    u: NDArray[numpy.float64],
+    n_threads: int,
+    progress: object | None,
+) -> NDArray[numpy.float64]: ...
+def hit_radii(
+    axes: tuple[
+        NDArray[numpy.float32],
+        tuple[
+            NDArray[numpy.float32],
+            NDArray[numpy.float32] | None,
+            NDArray[numpy.int64],
+            NDArray[numpy.float32],
+            NDArray[numpy.float32],
+        ]
+        | None,
+    ],
+    prim: NDArray[numpy.int64],
+    u: NDArray[numpy.float64],
+    n_threads: int,
+    progress: object | None,
+) -> NDArray[numpy.float64]: ...
+def hit_frames(
+    axes: tuple[
+        NDArray[numpy.float32],
+        tuple[
+            NDArray[numpy.float32],
+            NDArray[numpy.float32] | None,
+            NDArray[numpy.int64],
+            NDArray[numpy.float32],
+            NDArray[numpy.float32],
+        ]
+        | None,
+    ],
+    places: tuple[NDArray[numpy.int64], NDArray[numpy.float64], NDArray[numpy.float64], NDArray[numpy.int64] | None],
+    rays: tuple[
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+    ],
+    lift: float,
+    n_threads: int,
+    progress: object | None,
+) -> tuple[
+    NDArray[numpy.float32],
+    NDArray[numpy.float32],
+    NDArray[numpy.float32],
+    NDArray[numpy.float32],
+    NDArray[numpy.float32],
+]: ...
