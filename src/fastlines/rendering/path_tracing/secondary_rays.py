@@ -7,70 +7,75 @@ The model of scattering takes a fibre as a whole, so a ray that leaves it starts
 - One that it starts in is not hit.
 
 So does Mitsuba, whose curves cannot be hit from inside. (pbrt moves the start by twice the width of the fibre.)
+
+Within its own fibre, a ray may enter its own primitive again, or the next one of the strand, at a joint. Such a ray goes
+on behind that entry.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 import numpy.typing as npt
 
-from ...arrays import IntArray
-from ...query.hits import AllHits
-from ..shading.fragments import some_hits
+from ...arrays import FloatArray, IntArray
+from ...query.hits import FirstHits
 from ..shading.shading_context import ShadingContext
 from .leaving_rays import LeavingRays
-from .path_vertices import PathVertices, hit_vertices
+from .path_vertices import LEAST, PathVertices, hit_vertices
 
-#: How many hits of a ray are listed, if the first is not an entry; four times as many if none of these is.
-LISTED = 8
+#: Where rays begin to enter fibres, as a fraction of the scene's extent: past the surface that they start on, which is
+#: `LEAST` away.
+NEAR = 4 * LEAST
 
 
 def next_vertices(context: ShadingContext, rays: LeavingRays) -> tuple[IntArray, PathVertices]:
     """Follow rays, and return which of them hit something, (m,) int64 in no order, and where."""
-    first = context.tree.first_hit(rays.points, rays.directions, context.radius, t_min=rays.start, at="surface")
-    enters = first.t > rays.start
-    plain, inside = np.flatnonzero(first.hit & enters), np.flatnonzero(first.hit & ~enters)
-    found = hit_vertices(some_hits(first, plain, plain), plain, context)
-    if not len(inside):
-        return plain, found
-    rows, others = _entries(context, rays, inside)
-    return np.concatenate([plain, rows]), PathVertices.joined(found, others)
+    found = [(rows, hit_vertices(hits, at, context)) for rows, hits, at in _entries(context, rays, None)]
+    if len(found) == 1:
+        return found[0]
+    return np.concatenate([rows for rows, _ in found]), PathVertices.joined(*(hit for _, hit in found))
 
 
 def unoccluded(context: ShadingContext, rays: LeavingRays) -> npt.NDArray[np.bool_]:
     """Return which rays hit nothing."""
-    tree = context.tree
-    free = ~tree.any_hit(rays.points, rays.directions, context.radius, t_min=rays.start)
-    # Find the rays that start in a fibre, perhaps in their own, which bends.
-    rows = np.flatnonzero(~free)
-    some = rays.some(rows)
-    rows = rows[tree.any_hit(some.points, some.directions, context.radius, t_min=some.start, t_max=some.start)]
-    if len(rows):
-        free[rows] = True
-        free[_entries(context, rays, rows)[0]] = False
+    free = ~context.tree.any_hit(rays.points, rays.directions, context.radius, t_min=rays.start, at="entry")
+    # Find the rays that enter something within their own fibre.
+    left = np.flatnonzero(free)
+    some = rays.some(left)
+    for rows, _, _ in _entries(context, some, some.start):
+        free[left[rows]] = False
     return free
 
 
-def _entries(context: ShadingContext, rays: LeavingRays, rows: IntArray) -> tuple[IntArray, PathVertices]:
-    """Return which rays of some rows enter another fibre, and where the first of them is."""
-    found: list[tuple[IntArray, PathVertices]] = []
-    k = LISTED
-    while len(rows):
-        some = rays.some(rows)
-        hits = context.tree.next_hits(some.points, some.directions, context.radius, k, at="surface")
-        ray = hits.ray
-        enters = np.flatnonzero((hits.t > 0) & ~_is_own(hits, some, ray))
-        where, first = np.unique(ray[enters], return_index=True)
-        chosen = enters[first]
-        found.append((rows[where], hit_vertices(some_hits(hits, chosen, where), where, context)))
-        is_full = hits.counts == k
-        is_full[where] = False
-        rows, k = rows[is_full], 4 * k
-    return np.concatenate([each for each, _ in found]), PathVertices.joined(*(each for _, each in found))
+def _entries(
+    context: ShadingContext, rays: LeavingRays, end: FloatArray | None
+) -> Iterator[tuple[IntArray, FirstHits, IntArray]]:
+    """Yield some rays that hit something before some end, hits, and the rows of the hits of these rays."""
+    near = NEAR * context.extent
+    begin = np.full(len(rays), near, np.float32) if end is None else np.minimum(near, end)
+    rows = np.arange(len(rays))
+    while True:
+        limits = {"t_min": begin} if end is None else {"t_min": begin, "t_max": end}
+        hits = context.tree.first_hit(rays.points, rays.directions, context.radius, at="entry", **limits)
+        entered = hits.hit
+        again = np.flatnonzero(hits.t <= rays.start)
+        again = again[_is_own(context, hits.prim_number[again], rays.some(again))]
+        entered[again] = False
+        at = np.flatnonzero(entered)
+        yield rows[at], hits, at
+        if not len(again):
+            return
+        # Go on behind entries of the own fibre.
+        begin = np.nextafter(np.maximum(hits.t[again], begin[again]), np.float32(np.inf))
+        rows, rays = rows[again], rays.some(again)
+        end = None if end is None else np.maximum(end[again], begin)
 
 
-def _is_own(hits: AllHits, rays: LeavingRays, ray: IntArray) -> npt.NDArray[np.bool_]:
-    """Return which hits are of the primitive that their ray leaves, or of its neighbours on the strand."""
-    near = np.abs(hits.prim_number - rays.prim[ray]) <= 1
-    same = (hits.strand == rays.strand[ray]) & (hits.strand >= 0)
-    return np.asarray(near & (same | (hits.prim_number == rays.prim[ray])))
+def _is_own(context: ShadingContext, prim: IntArray, rays: LeavingRays) -> npt.NDArray[np.bool_]:
+    """Return which primitives are those that rays leave, or their neighbours on the strand."""
+    strand = context.tree.geometry.strands_of(prim)
+    is_near = np.abs(prim - rays.prim) <= 1
+    is_same = (strand == rays.strand) & (strand >= 0)
+    return np.asarray(is_near & (is_same | (prim == rays.prim)))
