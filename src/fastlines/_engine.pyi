@@ -276,6 +276,28 @@ def scatter_paths(
     ],
     tuple[
         NDArray[numpy.int64],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+    ],
+    int,
+]: ...
+def add_offered(
+    light: NDArray[numpy.float32],
+    path: NDArray[numpy.int64],
+    vertex: NDArray[numpy.int64],
+    offered: NDArray[numpy.float32],
+    free: NDArray[numpy.bool_],
+) -> None: ...
+def add_sky(
+    light: NDArray[numpy.float32],
+    path: NDArray[numpy.int64],
+    weight: NDArray[numpy.float32],
+    directions: NDArray[numpy.float32],
+    away: NDArray[numpy.bool_],
+    sky: Sequence[float],
+) -> None: ...
 def hit_points(
     axes: tuple[
         NDArray[numpy.float32],
@@ -320,23 +342,6 @@ def hit_normals(
         NDArray[numpy.float32],
         NDArray[numpy.float32],
     ],
-    int,
-]: ...
-def add_offered(
-    light: NDArray[numpy.float32],
-    path: NDArray[numpy.int64],
-    vertex: NDArray[numpy.int64],
-    offered: NDArray[numpy.float32],
-    free: NDArray[numpy.bool_],
-) -> None: ...
-def add_sky(
-    light: NDArray[numpy.float32],
-    path: NDArray[numpy.int64],
-    weight: NDArray[numpy.float32],
-    directions: NDArray[numpy.float32],
-    away: NDArray[numpy.bool_],
-    sky: Sequence[float],
-) -> None: ...
     surface: bool,
     n_threads: int,
     progress: object | None,
