@@ -19,6 +19,7 @@ void bind_engine(nanobind::module_& m) {
   bind_hair(m);
   bind_paths(m);
   bind_looks(m);
+  bind_frames(m);
 }
 
 }  // namespace fastlines

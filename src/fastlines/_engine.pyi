@@ -248,3 +248,158 @@ def averaged_attenuations(
     inclinations: NDArray[numpy.float32],
     sin_theta: NDArray[numpy.float32],
 ) -> tuple: ...
+def sample_numbers(
+    index: int, seeds: NDArray[numpy.uint32], dimension: int, count: int
+) -> list[NDArray[numpy.float32]]: ...
+def scatter_paths(
+    scene: tuple[NDArray[numpy.float32], Sequence[float], Sequence[float], float],
+    step: tuple[int, int, int],
+    vertices: tuple[
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+    ],
+    paths: tuple[NDArray[numpy.int64], NDArray[numpy.float32], NDArray[numpy.uint32]],
+) -> tuple[
+    list[
+        tuple[
+            NDArray[numpy.int64],
+            NDArray[numpy.float32],
+            NDArray[numpy.float32],
+            NDArray[numpy.float32],
+            NDArray[numpy.float32],
+        ]
+    ],
+    tuple[
+        NDArray[numpy.int64],
+def hit_points(
+    axes: tuple[
+        NDArray[numpy.float32],
+        tuple[
+            NDArray[numpy.float32],
+            NDArray[numpy.float32] | None,
+            NDArray[numpy.int64],
+            NDArray[numpy.float32],
+            NDArray[numpy.float32],
+        ]
+        | None,
+    ],
+    places: tuple[NDArray[numpy.int64], NDArray[numpy.float64], NDArray[numpy.float64], NDArray[numpy.int64] | None],
+    rays: tuple[
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+    ],
+    surface: bool,
+    n_threads: int,
+    progress: object | None,
+) -> NDArray[numpy.float64]: ...
+def hit_normals(
+    axes: tuple[
+        NDArray[numpy.float32],
+        tuple[
+            NDArray[numpy.float32],
+            NDArray[numpy.float32] | None,
+            NDArray[numpy.int64],
+            NDArray[numpy.float32],
+            NDArray[numpy.float32],
+        ]
+        | None,
+    ],
+    places: tuple[NDArray[numpy.int64], NDArray[numpy.float64], NDArray[numpy.float64], NDArray[numpy.int64] | None],
+    rays: tuple[
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+    ],
+    int,
+]: ...
+def add_offered(
+    light: NDArray[numpy.float32],
+    path: NDArray[numpy.int64],
+    vertex: NDArray[numpy.int64],
+    offered: NDArray[numpy.float32],
+    free: NDArray[numpy.bool_],
+) -> None: ...
+def add_sky(
+    light: NDArray[numpy.float32],
+    path: NDArray[numpy.int64],
+    weight: NDArray[numpy.float32],
+    directions: NDArray[numpy.float32],
+    away: NDArray[numpy.bool_],
+    sky: Sequence[float],
+) -> None: ...
+    surface: bool,
+    n_threads: int,
+    progress: object | None,
+) -> NDArray[numpy.float64]: ...
+def hit_tangents(
+    axes: tuple[
+        NDArray[numpy.float32],
+        tuple[
+            NDArray[numpy.float32],
+            NDArray[numpy.float32] | None,
+            NDArray[numpy.int64],
+            NDArray[numpy.float32],
+            NDArray[numpy.float32],
+        ]
+        | None,
+    ],
+    prim: NDArray[numpy.int64],
+    u: NDArray[numpy.float64],
+    n_threads: int,
+    progress: object | None,
+) -> NDArray[numpy.float64]: ...
+def hit_radii(
+    axes: tuple[
+        NDArray[numpy.float32],
+        tuple[
+            NDArray[numpy.float32],
+            NDArray[numpy.float32] | None,
+            NDArray[numpy.int64],
+            NDArray[numpy.float32],
+            NDArray[numpy.float32],
+        ]
+        | None,
+    ],
+    prim: NDArray[numpy.int64],
+    u: NDArray[numpy.float64],
+    n_threads: int,
+    progress: object | None,
+) -> NDArray[numpy.float64]: ...
+def hit_frames(
+    axes: tuple[
+        NDArray[numpy.float32],
+        tuple[
+            NDArray[numpy.float32],
+            NDArray[numpy.float32] | None,
+            NDArray[numpy.int64],
+            NDArray[numpy.float32],
+            NDArray[numpy.float32],
+        ]
+        | None,
+    ],
+    places: tuple[NDArray[numpy.int64], NDArray[numpy.float64], NDArray[numpy.float64], NDArray[numpy.int64] | None],
+    rays: tuple[
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+    ],
+    lift: float,
+    n_threads: int,
+    progress: object | None,
+) -> tuple[
+    NDArray[numpy.float32],
+    NDArray[numpy.float32],
+    NDArray[numpy.float32],
+    NDArray[numpy.float32],
+    NDArray[numpy.float32],
+]: ...

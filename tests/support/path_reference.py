@@ -13,6 +13,7 @@ from fastlines.rendering.shading.lighting import hemisphere
 from fastlines.support.vectors import dot, is_zero, unit
 
 EVEN_DIMENSIONS = 24
+FAINT = 1 / 64
 SURE_BOUNCES = 3
 STEEPEST, MARGIN = 0.05, 0.02
 
@@ -37,7 +38,7 @@ class Bounce:
 
     Attributes
     ----------
-    offers : list of (towards, light)
+    offers : list of (towards, light, is_offered)
         Of each light, or of the one that is chosen; the light includes the weight of the path.
     towards, weight : (n, 3)
     lasts : (n,) bool
@@ -51,9 +52,11 @@ class Bounce:
         for lamp in rig.lights:
             towards = lamp.sample(camera, *numbers.take(2))
             self.offers.append((towards, self._evaluate(towards) * np.float32(lamp.color)))
+        choice, chance = numbers.take(2)
         if bounce and len(rig.lights) > 1:
-            self.offers = [self._chosen(numbers.take(1)[0])]
-        self.offers = [(towards, weight * light) for towards, light in self.offers]
+            self.offers = [self._chosen(choice)]
+        faint = FAINT * max((max(light.color) for light in rig.lights), default=1)
+        self.offers = [(towards, *self._of_faint(weight * light, chance, faint)) for towards, light in self.offers]
         self._go_on(numbers.take(4), numbers.take(1)[0], weight, bounce)
 
     @property
@@ -76,6 +79,11 @@ class Bounce:
         light = np.choose(chosen, [light for _, light in self.offers])
         with np.errstate(invalid="ignore", divide="ignore"):
             return towards, np.nan_to_num(light * (sums[-1] / light.sum(axis=1))[:, None])
+
+    @staticmethod
+    def _of_faint(light, chance, faint):
+        likely = np.minimum(light.max(axis=1) / faint, 1)
+        return light / np.maximum(likely, 1e-30)[:, None], chance < likely
 
     def _go_on(self, u, chance, weight, bounce):
         to_eye, tangents, h = (np.float64(each) for each in self._rays)

@@ -30,6 +30,9 @@ namespace fastlines {
 /// The number of bounces after which paths end by chance.
 inline constexpr int kSureBounces = 3;
 
+/// Light below this fraction of the irradiance of the brightest light is offered by chance, and then counts more.
+inline constexpr float kFaint = 1.0f / 64.0f;
+
 /// What light meets: lights, fibres, and surfaces without an axis that reflect evenly, such as skin.
 struct PathScene {
   std::span<const DistantLight> lights;
@@ -138,6 +141,8 @@ class PathBounce {
 
   PathBounce(const PathScene& scene, const PathStep& step, const PathVertexRows& vertices, const PathRows& paths)
       : shadows(chooses(scene, step) ? 1 : scene.lights.size()), dimension(step.dimension) {
+    for (const DistantLight& light : scene.lights)
+      for (const float each : light.color) faint_ = std::max(faint_, kFaint * each);
     for (LeavingRays& rays : shadows) rays.reserve(vertices.n);
     onward.reserve(vertices.n);
     std::vector<Offer> offers(scene.lights.size());
@@ -169,6 +174,7 @@ class PathBounce {
   };
 
   static FloatLanes sum(const Vec3Lanes& light) { return light.x + light.y + light.z; }
+  static FloatLanes brightest(const Vec3Lanes& light) { return max(max(light.x, light.y), light.z); }
 
   static bool chooses(const PathScene& scene, const PathStep& step) {
     return step.bounce > 0 && scene.lights.size() > 1;
@@ -185,15 +191,14 @@ class PathBounce {
       all += sum(light);
       offers[k] = {towards, light, all};
     }
+    FloatLanes u[2];  // for the choice of a light, and for faint light
+    numbers.take(u);
     if (!chooses(scene, step)) {
       for (std::size_t k = 0; k < offers.size(); ++k)
-        shadows[k].append(sum(offers[k].light) > 0.0f, group.first, group.count, group.vertices, offers[k].towards,
-                          group.weight * offers[k].light, scene.least_start);
+        offer(scene, group, offers[k].towards, group.weight * offers[k].light, u[1], shadows[k]);
       return;
     }
     // Choose a light, and count it more the less likely it is.
-    FloatLanes u[1];
-    numbers.take(u);
     const FloatLanes aim = u[0] * all;
     Offer chosen = offers[0];
     for (std::size_t k = 1; k < offers.size(); ++k) {
@@ -201,9 +206,16 @@ class PathBounce {
       chosen.towards = select(later, offers[k].towards, chosen.towards);
       chosen.light = select(later, offers[k].light, chosen.light);
     }
-    const FloatLanes offered = sum(chosen.light);
-    shadows[0].append(offered > 0.0f, group.first, group.count, group.vertices, chosen.towards,
-                      group.weight * (all / offered * chosen.light), scene.least_start);
+    const FloatLanes more = all / max(sum(chosen.light), FloatLanes(1e-30f));
+    offer(scene, group, chosen.towards, group.weight * (more * chosen.light), u[1], shadows[0]);
+  }
+
+  /// Add rays to a light; of those that bring little, some, which count more.
+  void offer(const PathScene& scene, const Group& group, const Vec3Lanes& towards, const Vec3Lanes& light,
+             const FloatLanes& chance, LeavingRays& rays) const {
+    const FloatLanes likely = min(brightest(light) * (1.0f / faint_), FloatLanes(1.0f));
+    rays.append(chance < likely, group.first, group.count, group.vertices, towards,
+                1.0f / max(likely, FloatLanes(1e-30f)) * light, scene.least_start);
   }
 
   void go_on(const PathScene& scene, const PathStep& step, const Group& group, const PathScattering& scattering,
@@ -213,11 +225,12 @@ class PathBounce {
     numbers.take(chance);
     const auto [towards, change] = scattering.sample(u);
     const Vec3Lanes weight = group.weight * change;
-    const FloatLanes lasts =
-        step.bounce < kSureBounces ? FloatLanes(1.0f) : min(max(max(weight.x, weight.y), weight.z), FloatLanes(1.0f));
+    const FloatLanes lasts = step.bounce < kSureBounces ? FloatLanes(1.0f) : min(brightest(weight), FloatLanes(1.0f));
     onward.append(chance[0] < lasts, group.first, group.count, group.vertices, towards, 1.0f / lasts * weight,
                   scene.least_start);
   }
+
+  float faint_ = 1e-30f;  ///< light below it is offered by chance
 };
 
 }  // namespace fastlines

@@ -212,9 +212,7 @@ class ReferencePoints:
         return self._lobes.densities(*self._frame.angles(wi))
 
 
-def _points(
-    material: HairMaterial, wo: AnyArray, tangent: AnyArray, h: AnyArray
-) -> FibrePoints | ReferencePoints:
+def _points(material: HairMaterial, wo: AnyArray, tangent: AnyArray, h: AnyArray) -> FibrePoints | ReferencePoints:
     return (FibrePoints if wo.dtype == np.float32 else ReferencePoints)(material, wo, tangent, h)
 
 
