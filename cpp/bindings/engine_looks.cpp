@@ -41,12 +41,12 @@ SkyLight sky_of(const std::array<float, 12>& numbers) {
 // --- Fragments ---
 
 /// Hits of rays: offsets, the row of each hit's axis, t, u, the distance, and the radius of the line or none.
-using HitArrays5 = std::tuple<Input<std::int64_t>, Input<std::int64_t>, Input<float>, Input<float>, Input<float>,
+using ConeHitArrays = std::tuple<Input<std::int64_t>, Input<std::int64_t>, Input<float>, Input<float>, Input<float>,
                               std::optional<Input<float>>>;
 /// Fragments: their hits, their rays and their weights; and the opacity of each ray.
 using FragmentTuple = std::tuple<Output<std::int64_t>, Output<std::int64_t>, Output<float>, Output<float>>;
 
-FragmentTuple fragments_of(HitArrays5 hit_arrays, Input<float> origins, Input<float> directions, Input<float> axes,
+FragmentTuple fragments_of(ConeHitArrays hit_arrays, Input<float> origins, Input<float> directions, Input<float> axes,
                            std::array<float, 4> settings, Input<float> chances) {
   const auto& [offsets, axis, t, u, distance, own_radius] = hit_arrays;
   const ConeHits hits{rows<std::int64_t>(offsets),
@@ -189,12 +189,12 @@ std::tuple<Output<float>, Output<float>, Output<float>, Output<float>> light_sam
 /// The numbers of a material, and the tables of its far field.
 using HairArrays = std::tuple<HairNumbers, Input<float>, Input<float>>;
 /// Unit axes, and unit directions to the eye.
-using AxisArrays = std::tuple<Input<float>, Input<float>>;
+using LineArrays = std::tuple<Input<float>, Input<float>>;
 /// Unit directions to a light, its irradiance or that of each direction, and how many hairs it crosses: all, and far.
 using ArrivingArrays = std::tuple<Input<float>, Input<float>, Input<float>, Input<float>>;
 
 /// The light of hairs from one direction each.
-Output<float> light_of_hair(HairArrays hair, AxisArrays axes, ArrivingArrays light, bool is_sharp, float density) {
+Output<float> light_of_hair(HairArrays hair, LineArrays axes, ArrivingArrays light, bool is_sharp, float density) {
   const auto& [numbers, azimuths, inclinations] = hair;
   const auto& [tangents, to_eye] = axes;
   const auto& [towards, color, crossed, far] = light;
@@ -220,7 +220,7 @@ using UnhiddenTuple = std::tuple<Output<float>, Output<float>>;
 
 /// The light of one lamp for each fragment, and that of one direction of the sky; and three more numbers. Axes are
 /// normals unless lines are thin.
-std::tuple<UnhiddenTuple, UnhiddenTuple, Output<float>> light_of_solids(AxisArrays axes, Input<float> base, bool is_thin,
+std::tuple<UnhiddenTuple, UnhiddenTuple, Output<float>> light_of_solids(LineArrays axes, Input<float> base, bool is_thin,
                                                          std::array<float, 4> material, Input<float> lamps,
                                                          std::array<float, 12> sky, NumbersTuple numbers) {
   const auto& [along, to_eye] = axes;
