@@ -273,6 +273,7 @@ class Camera:
         fov_degrees: float = 30.0,
         aspect: float = 1.0,
         margin: float = 0.025,
+        radius: float = 0.0,
     ) -> Camera:
         """Look along a direction from the least distance that shows everything.
 
@@ -289,6 +290,8 @@ class Camera:
             Width / height of the picture.
         margin : float
             The free space at each side of the frame, as a fraction of its width or height; in [0, 0.5).
+        radius : float
+            Added to the radius of what is shown, as that of a query.
 
         Examples
         --------
@@ -303,24 +306,24 @@ class Camera:
             raise InputError("direction is zero; expected the direction of view, such as (0, 0, -1)")
         if not (0 < aspect < math.inf and 0 <= margin < 0.5):
             raise InputError(f"aspect={aspect!r}, margin={margin!r}; expected aspect > 0 and 0 <= margin < 0.5")
-        points, radius = _to_frame(geometry)
+        points, radii = _to_frame(geometry)
+        radii = radii + number("radius", radius, "a finite number that is not negative", 0.0)
         offset = geometry.offset if isinstance(geometry, AnyGeometry) else 0.0
 
         # Work relative to the middle of the geometry: it may lie far from the coordinate origin.
-        low = np.array([(column - radius).min() for column in points.T])
-        high = np.array([(column + radius).max() for column in points.T])
+        low = np.array([(column - radii).min() for column in points.T])
+        high = np.array([(column + radii).max() for column in points.T])
         centre = low + (high - low) / 2
-        size = float((high - low).max())
-        if is_point(low, high):
-            size = max(1.0, 1e-3 * float(np.abs(centre).max()))
+        largest = float(np.abs(centre).max())
+        size = max(1.0, 1e-3 * largest) if is_point(low, high) else float((high - low).max())
         axes = _axes(view, upwards)
         x, y, depth = dot((points - centre)[None], axes[:, None])
 
         # Put the apex of the frame's pyramid where two opposite sides touch the balls around the points.
         tan = math.tan(math.radians(fov_degrees) / 2) * (1 - 2 * margin)
-        middle, nearest = [], [(depth - radius).min() - 0.01 * size]
+        middle, nearest = [], [(depth - radii).min() - 0.01 * size]
         for across, slope in ((x, tan * aspect), (y, tan)):
-            grown = radius * math.sqrt(1 + slope**2)
+            grown = radii * math.sqrt(1 + slope**2)
             upper, lower = (across - slope * depth + grown).max(), (across + slope * depth - grown).min()
             middle.append((lower + upper) / 2)
             nearest.append((lower - upper) / (2 * slope))
@@ -371,8 +374,7 @@ def _to_frame(geometry: AnyGeometry | npt.ArrayLike) -> tuple[Float64Array, Floa
     elif np.shape(geometry) == (2, 3):
         low, high = np.asarray(geometry, np.float64)
         geometry = [] if (low > high).all() else list(itertools.product(*zip(low, high, strict=True)))
-    points = _points(geometry)
-    points = points if len(points) else np.zeros((1, 3))
+    points = given if len(given := _points(geometry)) else np.zeros((1, 3))
     return points, np.zeros(len(points))
 
 

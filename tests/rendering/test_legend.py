@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
 
 import fastlines as fl
-from fastlines.rendering.color.legend import ColorBar, Triad, draw_legend
+from fastlines.rendering import radius_sweep, turntable
+from fastlines.rendering.color.legend import ColorBar, Triad, draw_legend, emptiest_corner
+from fastlines.rendering.color.palette import MAPS, mapped
 from fastlines.rendering.color.tone import srgb
 
 LINES = fl.Lines.from_strands([[[-1, y, 0], [0, y, 0.3], [1, y + 0.2, 0]] for y in np.linspace(-1, 1, 9)])
@@ -25,6 +29,50 @@ def test_numbers_have_a_bar_with_their_range(color):
     assert legend.title == color
     assert 0.2 <= legend.low < 0.25
     assert 0.75 < legend.high <= 0.8
+
+
+def test_the_title_of_a_bar():
+    lines = dataclasses.replace(with_values(fa=np.arange(float(len(LINES)))).with_radius(0.1), unit="µm")
+    assert fl.render(lines, look="fibre", color="radius", **SIZE).legend.title == "radius in µm"
+    picture = fl.render(lines, look="fibre", color="fa", legend="speed in m/s", **SIZE)
+    assert picture.legend.title == "speed in m/s"
+    assert (picture.to_bytes() != fl.render(lines, look="fibre", color="fa", legend=True, **SIZE).to_bytes()).any()
+    with pytest.raises(fl.InputError, match="the legend of directions has no title, and 'speed' is given"):
+        fl.render(lines, look="fibre", legend="speed", **SIZE)
+
+
+def test_a_legend_is_in_an_empty_corner():
+    alpha = np.zeros((200, 300), np.float32)
+    bar = ColorBar("fa", 0.0, 1.0, "viridis")
+    halves = {"lower left": (slice(100, None), slice(0, 150)), "lower right": (slice(100, None), slice(150, None))}
+    halves |= {"upper left": (slice(0, 100), slice(0, 150)), "upper right": (slice(0, 100), slice(150, None))}
+    for corner, half in halves.items():
+        for legend in (bar, Triad(np.eye(3))):
+            assert emptiest_corner(alpha, legend) == corner
+            pixels = np.full((200, 300, 3), 90, np.uint8)
+            drawn = draw_legend(pixels, legend, corner)
+            changed = (drawn != pixels).any(axis=2)
+            assert changed[half].sum() == changed.sum() > 100
+        alpha[half] = 1
+    alpha[halves["upper left"]] = 0.5
+    assert emptiest_corner(alpha, bar) == "upper left"  # the emptiest of four
+
+
+def test_pictures_of_a_sequence_have_the_legend_in_one_corner():
+    tree = fl.build(with_values(fa=np.arange(float(len(LINES)))))
+    options = {"look": "fibre", "color": "fa", "legend": True, "width": 64, "height": 64, "samples": 1}
+    for pictures in (turntable(tree, 4, **options), radius_sweep(tree, [0.01, 0.5], **options)):
+        assert len({picture.corner for picture in pictures}) == 1
+    picture = fl.render(tree, **options)
+    moved = [picture.with_legend(corner).to_bytes() for corner in ("lower left", "upper right")]
+    assert (moved[0] != moved[1]).any()
+    with pytest.raises(fl.InputError, match="corner='middle' is not a choice"):
+        picture.with_legend("middle")
+
+
+@pytest.mark.parametrize("name", MAPS)
+def test_no_map_begins_or_ends_with_black(name):
+    assert mapped(np.linspace(0, 1, 101), name).max(axis=1).min() > 0.03
 
 
 def test_directions_have_a_triad_and_colours_nothing():

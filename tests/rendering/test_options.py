@@ -43,6 +43,8 @@ VALUES = {
     "background": "#123456:#654321",
     "rig": Rig((Light((0, 0, 1), (9.0, 1.0, 1.0)),)),
     "exposure": 1.0,
+    "variation": 0.5,
+    "ground": True,
     "quality": "high",
     "legend": True,
     "samples": 2,
@@ -50,7 +52,7 @@ VALUES = {
 
 
 def drawn(look, **options):
-    return fl.render(TREE, look=OWN.get(look, look), **{**PICTURE, "samples": 1, **options})
+    return fl.render(TREE, look=OWN.get(look, look), **{**PICTURE, "samples": 1, "ground": False, **options})
 
 
 def changes(look, option, **options):
@@ -66,6 +68,8 @@ EXPECTED = {
     "background": (*LOOKS, *MEASURES, *OWN),
     "rig": ("hair", "fibre", "tube", OWN_LIT),
     "exposure": ("hair", "fibre", "tube", OWN_LIT),
+    "variation": ("hair", "fibre", "tube"),
+    "ground": ("hair", "fibre", "tube", OWN_LIT),
     "quality": ("hair",),
     "legend": ("hits", "work", "fibre", OWN_LIT),
     "samples": (*LOOKS, *MEASURES, *OWN),

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
 from support.command_line import run
 
 import fastlines as fl
-from fastlines.rendering import PictureOptions, default_camera, default_view, plan_picture
+from fastlines.rendering import PictureOptions, ViewOptions, default_camera, default_view, plan_picture
+from fastlines.rendering.renderer import draw
 from fastlines.rendering.suitable_radius import suitable_radius
 
 X = np.linspace(0, 1, 50)
@@ -82,6 +85,27 @@ def test_the_radius_grows_with_the_scene():
         assert suitable_radius(fl.build(lines), default_camera(lines)) == pytest.approx(0.002 * 10.0**power)
 
 
+def test_hair_is_at_most_two_pixels_thick():
+    strands = fl.scenes.make("bun-hair", 2000).lines
+    size = float(np.ptp(strands.bounds, axis=0).max())
+    hair, fibres = (plan_picture(strands, PictureOptions(look=look)) for look in ("hair", "fibre"))
+    assert hair.radius <= 1.5 / 1000 * size
+    assert hair.radius < fibres.radius
+
+
+@pytest.mark.parametrize("name", ["bent, times 1e+09", "slender", "along x", "point", "mesh and line"])
+@pytest.mark.parametrize("turns", [False, True])
+def test_a_camera_frames_lines_of_any_radius(name, turns):
+    scene = SCENES[name]
+    size = float(np.ptp(scene.bounds, axis=0).max()) or 1.0
+    for share in (0.01, 0.3, 2.0):
+        options = PictureOptions(camera=ViewOptions(turns=turns), width=160, radius=share * size, look="id", samples=1)
+        alpha = draw(plan_picture(scene, options)).alpha
+        edges = np.concatenate([alpha[0], alpha[-1], alpha[:, 0], alpha[:, -1]])
+        assert not edges.any()
+        assert alpha.any()
+
+
 def test_lines_are_not_seen_end_on():
     for corner in ([1, 1, 1], [-1, 1, 1], [1, -1, 1], [1, 1, -1]):
         direction, _ = default_view(strand([[0, 0, 0], corner]))
@@ -110,8 +134,11 @@ def test_a_track_is_a_map_in_pictures():
     with open("walk.gpx", "w") as file:
         file.write(f'<gpx version="1.1" creator="x"><trk><trkseg>{points}</trkseg></trk></gpx>')
     flat = fl.read("walk.gpx", elevation=False)
+    shortened = np.cos(np.radians(float(flat.bounds[:, 1].mean())))
+    flat = dataclasses.replace(flat, segments=flat.segments * np.float32([shortened, 1, 1]))
     made = run("render", "walk.gpx", "-o", "walk.png", "--width", 32)
     assert made.exit_code == 0
+    assert "pictures shorten degrees of longitude by 0.69, as at latitude 46.5°" in made.stderr
     assert "pictures leave z at 0, because x and y are in degrees, and z is in metres" in made.stderr
     assert f"radius {plan_picture(flat, PictureOptions(width=32)).radius:g}, which suits them" in made.stdout
 

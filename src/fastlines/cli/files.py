@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import re
 import sys
@@ -13,7 +14,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import typer
 
 from .. import scenes
 from ..builder import build
@@ -36,6 +36,8 @@ from .options import format_options, n_bytes, refuse_given
 
 TREE = ".flt"
 SCENE = "scene:"
+#: From this latitude on, degrees of longitude are not shortened in maps.
+POLAR = 85.0
 
 
 @dataclass(frozen=True)
@@ -216,17 +218,25 @@ def _bare(part: AnyGeometry) -> AnyGeometry:
     return replace(part, radius=None) if isinstance(part, Curves) else part
 
 
-def flattened(source: Source) -> Source:
-    """Leave z at 0 in a map whose heights are in metres: a picture would show them as a needle beside degrees."""
+def as_map(source: Source) -> Source:
+    """Shorten degrees of longitude as maps do, and leave z at 0 where metres would be needles beside degrees.
+
+    Trees are drawn as they are.
+    """
     lines = source.geometry
     if source.tree is not None or not isinstance(lines, Lines) or lines.unit != "degree" or not len(lines):
         return source
-    *sides, height = np.ptp(lines.bounds.astype(np.float64), axis=0).tolist()
-    if height <= max(sides):
-        return source
-    note(f"{source.name}: pictures leave z at 0, because x and y are in degrees, and z is in metres")
-    flat = lines.segments * np.array([1, 1, 0], np.float32)
-    return replace(source, geometry=replace(lines, segments=flat))
+    bounds = lines.bounds.astype(np.float64)
+    *sides, height = np.ptp(bounds, axis=0).tolist()
+    latitude = float(bounds[:, 1].mean()) + lines.offset[1]
+    scales = [1.0, 1.0, 1.0]
+    if abs(latitude) < POLAR:
+        scales[0] = math.cos(math.radians(latitude))
+        note(f"{source.name}: pictures shorten degrees of longitude by {scales[0]:.2g}, as at latitude {latitude:.3g}°")
+    if height > max(sides):
+        scales[2] = 0.0
+        note(f"{source.name}: pictures leave z at 0, because x and y are in degrees, and z is in metres")
+    return replace(source, geometry=replace(lines, segments=lines.segments * np.array(scales, np.float32)))
 
 
 def open_tree(text: str) -> Tree:
@@ -273,5 +283,5 @@ def show_progress() -> bool:
 
 
 def note(text: str) -> None:
-    """Print a note to stderr."""
-    typer.echo(f"note: {text}", err=True)
+    """Print a note to stderr, above a progress bar if there is one."""
+    print(f"note: {text}", file=sys.stderr, flush=True)  # typer.echo would write past the bar

@@ -63,7 +63,7 @@ def info(
 
     [cyan]fastlines info scene:photon-beams:10000 --full[/]
     """
-    from .files import flattened, open_input
+    from .files import as_map, open_input
 
     if picture and as_json:
         raise InputError("--picture does not apply to --json; give one of them")
@@ -86,7 +86,7 @@ def info(
             about["n_duplicates"] = opened.geometry.count_repeats()
             step(0.4)
         if len(opened.geometry) and (picture or (not is_quick and opened.geometry.is_bare)):
-            shown = flattened(opened)
+            shown = as_map(opened)
             tree = tree or fl.build(shown.geometry, effort=0, progress=lambda done: step(0.4 + 0.5 * done))
             radius = _suitable(tree)
         if picture or not is_quick:
@@ -137,12 +137,9 @@ def _steps(is_long: bool) -> Iterator[Callable[[float], object]]:
 
 def _suitable(tree: Tree) -> float | None:
     """Return the radius of pictures, if the lines have none."""
-    from ..rendering.plan import PictureOptions, choose_camera
-    from ..rendering.suitable_radius import suitable_radius
+    from ..rendering.plan import PictureOptions, plan_picture
 
-    if not tree.geometry.is_bare:
-        return None
-    return suitable_radius(tree, choose_camera(PictureOptions(), tree.geometry)[0])
+    return plan_picture(tree, PictureOptions()).radius if tree.geometry.is_bare else None
 
 
 def draw(opened: Source, tree: Tree, radius: float) -> str:

@@ -22,7 +22,7 @@ from ..rendering.sequences import swept, turned
 from ..rendering.suitable_radius import small
 from ..settings.methods import method_settings
 from ..support.texts import counted
-from .files import check_output, flattened, open_lines, placed, show_progress
+from .files import as_map, check_output, open_lines, placed, show_progress
 from .hint import hint_at_radius
 from .options import refuse_given
 from .resume import add_samples, check_resume, keep_state, without_interrupts
@@ -80,7 +80,7 @@ class Order(PictureOptions):
 def draw(order: Order) -> str:
     """Write the pictures of an order; return what was written, in words."""
     reading = order.skip_invalid, order.format, order.option, order.own_radius
-    opened = flattened(open_lines(order.source, *reading, forests=True))
+    opened = as_map(open_lines(order.source, *reading, forests=True))
     if isinstance(opened.tree, Forest):
         refuse_given({"--levels": order.levels or None}, f"{order.source} is a forest, which has no levels of its own")
     if opened.tree is not None:
@@ -112,9 +112,14 @@ def write_many(order: Order, plan: PicturePlan) -> str:
 def write_one(order: Order, plan: PicturePlan) -> str:
     """Write one picture, of all samples or of those until Ctrl-C; return what was written, in words."""
     renderer = renderer_of(plan)
-    is_whole = add_samples(renderer, order.output, order.resume, show_progress())
+
+    def show() -> None:
+        write_picture(order.output, finish(renderer, plan).to_bytes(order.transparent), is_final=False)
+
+    early = show if order.file == ".png" else None  # whoever reads numbers wants those of all samples
+    is_whole = add_samples(renderer, order.output, order.resume, early)
     with without_interrupts():
-        if renderer.n_rows:  # else an older picture of this name is better
+        if renderer.has_picture:  # else an older picture of this name is better
             finish(renderer, plan).save(order.output, order.transparent)
         keep_state(renderer, order.output, is_whole, order.resume)
     if not plan.is_suitable:

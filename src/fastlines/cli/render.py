@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 from typer import Option
 
+from ..errors import InputError
 from .options import (
     AskedInput,
     Direction,
@@ -21,11 +22,14 @@ from .options import (
     Scheduler,
     Skip,
     Up,
+    refuse_given,
     vector,
 )
 
 #: The width and the height of a square picture in pixels.
 SIZE = 1024
+#: The same of a preview.
+PREVIEW_SIZE = 256
 WITHOUT_SIZE = f"If neither is given, there are about {SIZE}² pixels, in an aspect ratio that suits the lines."
 
 
@@ -59,12 +63,34 @@ def render(
         str | None,
         Option(metavar="NAME", help="For an attribute: viridis (default), magma, inferno, coolwarm or gray."),
     ] = None,
+    material: Annotated[
+        str | None,
+        Option(metavar="NAME", help="Of fibres and tubes: matt, satin (default), polished or metal."),
+    ] = None,
+    variation: Annotated[
+        float | None,
+        Option(
+            min=0.0,
+            max=1.0,
+            help="How much brighter or darker than the mean a strand is; by default 0.25 in hair, and else 0.",
+        ),
+    ] = None,
     background: Annotated[
         str | None, Option(metavar="COLOR", help="'#rrggbb', '#rrggbb:#rrggbb' from top to bottom, or transparent.")
+    ] = None,
+    ground: Annotated[
+        bool | None,
+        Option("--ground/--no-ground", help="Whether lines cast a shadow on the ground; by default tubes do."),
+    ] = None,
+    rig: Annotated[
+        str | None, Option(metavar="NAME", help="The lights: studio, salon or soft; chosen by default.")
     ] = None,
     legend: Annotated[
         bool | None,
         Option("--legend/--no-legend", help="Draw what colours mean; by default for attributes, hits and work."),
+    ] = None,
+    legend_title: Annotated[
+        str | None, Option(metavar="TEXT", help="The title of the legend, such as 'speed in m/s'.")
     ] = None,
     quality: Annotated[
         str, Option(metavar="NAME", help="normal, or high: trace the paths of light in hair; takes many samples.")
@@ -82,6 +108,9 @@ def render(
             help="How many samples a pixel; 16 by default, 4 for thin lines, 64 with a lens.",
         ),
     ] = None,
+    preview: Annotated[
+        bool, Option("--preview", help=f"Draw a quick picture: about {PREVIEW_SIZE}² pixels with one sample each.")
+    ] = False,
     direction: Direction = None,
     up: Up = None,
     fov: Fov = None,
@@ -114,18 +143,26 @@ def render(
     """Render a picture of lines. For a file of lines or a scene, build a tree first.
 
     Without options, the look, the radius, the camera and the lights are chosen to suit the lines. Lines thinner than a
-    pixel are drawn by the fraction of it that they cover. Ctrl-C stops the samples, and writes the picture of those
-    that are done. The same command with [cyan]--resume[/] goes on, and gives the picture of an uninterrupted run.
+    pixel are drawn by the fraction of it that they cover. With [cyan]--preview[/], a quick small picture shows whether
+    the view and the colours are right.
+
+    A picture that takes more than a second is written early, and replaced every few seconds by one of more samples. One
+    that takes more than a minute says how long, before it starts. Ctrl-C stops the samples, and writes the picture of
+    those that are done. The same command with [cyan]--resume[/] goes on, and gives the picture of an uninterrupted run.
 
     [bold]Examples[/]
 
     [cyan]fastlines render hair.tfx -o hair.png[/]
+
+    [cyan]fastlines render hair.tfx --preview -o quick.png[/]
 
     [cyan]fastlines render hair.tfx --color blond --background '#334' --samples 64 -o blond.png[/]
 
     [cyan]fastlines render tracts.trk.gz --width 1920 --height 1080 -o tracts.png[/]
 
     [cyan]fastlines render streamlines.vtp --color speed --color-map magma -o speed.png[/]
+
+    [cyan]fastlines render wires.csv --look tube --radius 0.1 --material metal -o wires.png[/]
 
     [cyan]fastlines render neuron.swc --background transparent -o neuron.png[/]
 
@@ -145,6 +182,14 @@ def render(
     from .pictures import Order, draw
     from .sequence import swept_radii
 
+    if legend is False and legend_title is not None:
+        raise InputError("--no-legend and --legend-title are both given; give one of them")
+    if preview:
+        size = {"--width": width, "--height": height, "--samples": samples}
+        others = {"--quality": None if quality == "normal" else quality, "--resume": resume or None}
+        why = "--preview draws a small picture with one sample a pixel; leave out --preview"
+        refuse_given({**size, **others, "--levels": levels or None}, why)
+        samples = 1
     file = Path(output).suffix.lower()
     view = ViewOptions(
         direction=vector(direction, "--direction"),
@@ -161,15 +206,20 @@ def render(
         radius=radius,
         color=color,
         color_map=color_map,
+        material=material,
+        variation=variation,
+        ground=ground,
+        rig=rig,
         background=None if background == "transparent" else background,
         transparent=background == "transparent",
-        legend=legend,
+        legend=legend if legend_title is None else legend_title,
         file=file,
         aovs=file == ".exr",
         quality=quality,
         exposure=exposure,
         width=width,
         height=height,
+        side=PREVIEW_SIZE if preview else SIZE,
         samples=samples,
         camera=view,
         turntable=turntable,

@@ -106,11 +106,28 @@ def default_camera(
     up: Vector | None = None,
     fov_degrees: float = FOV_DEGREES,
     aspect: float = 1.0,
+    radius: float = 0.0,
 ) -> Camera:
-    """Return a camera that frames a geometry; `default_view` chooses the directions that are not given."""
+    """Return a camera that frames a geometry; `default_view` chooses the directions that are not given.
+
+    The parameters are those of `Camera.framing`. The radius is added to that of the lines.
+
+    Examples
+    --------
+    >>> import fastlines as fl
+    >>> line = fl.lines([[[0, 0, 0], [0, 1, 0]]])
+    >>> thin, thick = default_camera(line), default_camera(line, radius=0.5)
+    >>> math.dist(thick.origin, thick.target) > math.dist(thin.origin, thin.target)
+    True
+    """
     default_direction, default_up = default_view(geometry)
     return Camera.framing(
-        geometry, direction or default_direction, up or default_up, fov_degrees=fov_degrees, aspect=aspect
+        geometry,
+        direction or default_direction,
+        up or default_up,
+        fov_degrees=fov_degrees,
+        aspect=aspect,
+        radius=radius,
     )
 
 
@@ -121,10 +138,12 @@ def turntable_camera(
     up: Vector | None = None,
     fov_degrees: float = FOV_DEGREES,
     aspect: float = 1.0,
+    radius: float = 0.0,
 ) -> Camera:
     """Return a camera that shows all lines at every angle of a turn; `default_view` chooses what is not given.
 
-    It frames the upright cylinder around the lines. Its target is on the cylinder's axis.
+    It frames the upright cylinder around the lines. Its target is on the cylinder's axis. The parameters are those of
+    `default_camera`.
 
     Examples
     --------
@@ -138,11 +157,14 @@ def turntable_camera(
     direction, up = direction or default_direction, up or default_up
     if geometry.offset != NO_OFFSET:
         near = geometry.without_offset()
-        camera = turntable_camera(near, direction=direction, up=up, fov_degrees=fov_degrees, aspect=aspect)
+        camera = turntable_camera(
+            near, direction=direction, up=up, fov_degrees=fov_degrees, aspect=aspect, radius=radius
+        )
         return moved(camera, geometry.offset)
     points, radii = (values.astype(np.float64) for values in geometry.span())
     if len(points) == 0:
         return default_camera(geometry, direction=direction, up=up, fov_degrees=fov_degrees, aspect=aspect)
+    radii += radius
     # Find the cylinder about the upward axis.
     axis = np.asarray(up, np.float64) / math.sqrt(sum(x * x for x in up))
     centre = (points.min(axis=0) + points.max(axis=0)) / 2
@@ -182,11 +204,11 @@ class ViewOptions:
     focus_distance: float | None = None
     turns: bool = False
 
-    def camera(self, geometry: AnyGeometry, aspect: float = 1.0) -> Camera:
-        """Return a camera that frames a geometry."""
+    def camera(self, geometry: AnyGeometry, aspect: float = 1.0, radius: float = 0.0) -> Camera:
+        """Return a camera that frames a geometry to whose own radius one is added."""
         frame = turntable_camera if self.turns else default_camera
         fov = FOV_DEGREES if self.fov_degrees is None else self.fov_degrees
-        camera = frame(geometry, direction=self.direction, up=self.up, fov_degrees=fov, aspect=aspect)
+        camera = frame(geometry, direction=self.direction, up=self.up, fov_degrees=fov, aspect=aspect, radius=radius)
         return replace(camera, lens_radius=self.lens_radius or 0.0, focus_distance=self.focus_distance)
 
 

@@ -21,14 +21,26 @@ from ..query.rays import warn_of_radius
 from ..tree import Tree
 from .color.palette import check_map
 from .default_view import ViewOptions, complete_size, default_size
-from .looks import QUALITIES, Backdrop, ColorOption, Look, check_color, check_name, look_for, make_look
+from .hair.material import HairMaterial
+from .looks import (
+    QUALITIES,
+    Backdrop,
+    ColorOption,
+    Look,
+    MaterialOption,
+    check_color,
+    check_material,
+    check_name,
+    look_for,
+    make_look,
+)
 from .looks.solid import Solid
 from .measures import MEASURES, Measure
 from .pictures.options import NUMBERS, OWN_FLAT, OWN_LIT, PictureRequest, check_options
 from .shading.depth import SIZE, check_radius, check_size
-from .shading.lighting import Rig
+from .shading.lighting import Rig, find_rig
 from .shading.own_frame import moved
-from .suitable_radius import suitable_radius
+from .suitable_radius import THICKEST, THICKEST_HAIR, suitable_radius
 
 #: The most samples of a pixel.
 MAX_SAMPLES = 1 << 16
@@ -44,8 +56,14 @@ class PictureOptions:
     ----------
     camera : Camera or ViewOptions, optional
         A camera, or how to choose one.
-    legend : bool, optional
-        By default the colours of numbers have a legend, unless the file holds numbers itself.
+    rig : Rig, optional
+        Also given by its name.
+    ground : bool, optional
+        By default what the look has.
+    side : int
+        A picture without a width and a height has about side² pixels.
+    legend : bool or str, optional
+        By default the colours of numbers have a legend, unless the file holds numbers itself. A text is its title.
     file : str, optional
         The extension of the picture's file, if it is known.
     """
@@ -53,17 +71,21 @@ class PictureOptions:
     camera: Camera | ViewOptions | None = None
     width: int | None = None
     height: int | None = None
+    side: int = SIZE
     look: str | Look | Measure | None = None
     radius: float | None = None
     samples: int | None = None
     color: ColorOption | None = None
     color_map: str | None = None
+    material: MaterialOption | None = None
+    variation: float | None = None
     background: str | None = None
-    rig: Rig | None = None
+    ground: bool | None = None
+    rig: Rig | str | None = None
     exposure: float = 0.0
     quality: str = "normal"
     aovs: bool = False
-    legend: bool | None = False
+    legend: bool | str | None = False
     file: str | None = None
 
     def __post_init__(self) -> None:
@@ -72,22 +94,30 @@ class PictureOptions:
             count("samples", self.samples, 1, MAX_SAMPLES)
         number("exposure", self.exposure, "a number from -60 to 60", -60.0, 60.0)  # else light overflows or vanishes
         check_color(self.color)
+        check_material(self.material)
+        if self.variation is not None:
+            number("variation", self.variation, "a fraction: a number from 0 to 1", 0.0, 1.0)
+        if self.ground is not None:
+            instance("ground", self.ground, bool, "True or False")
         choice("quality", self.quality, QUALITIES)
         instance("aovs", self.aovs, bool, "True or False")
-        if self.legend is not None:
-            instance("legend", self.legend, bool, "True or False")
+        if not (self.legend is None or isinstance(self.legend, str)):
+            instance("legend", self.legend, bool, "True, False, or the title of the legend")
         if self.color_map is not None:
             check_map(self.color_map)
         if not (self.camera is None or isinstance(self.camera, ViewOptions)):
             instance("camera", self.camera, Camera, "a Camera")
-        if self.rig is not None:
-            instance("rig", self.rig, Rig, "a Rig, such as fl.RIGS['studio']")
-        _ = self.backdrop
+        _ = self.backdrop, self.lights
         if isinstance(self.look, str):
             check_name(self.look)
         elif not (self.look is None or isinstance(self.look, Measure) or hasattr(self.look, "shade")):
             raise InputError(f"look={self.look!r}; expected the name of a look, or an object with the members of Look")
         self.check(_request(self.look, MEASURES.get(self.look) if isinstance(self.look, str) else self.look))
+
+    @property
+    def lights(self) -> Rig | None:
+        """The lights, if they are not those of the look."""
+        return find_rig(self.rig)
 
     @property
     def backdrop(self) -> Backdrop | None:
@@ -178,12 +208,13 @@ def plan_picture(
         if isinstance(options.camera, Camera):
             options = replace(options, camera=moved(options.camera, np.negative(offset)))
     look, legend = _look(options, geometry)
-    camera, width, height = choose_camera(options, geometry)
+    camera, width, height = choose_camera(options, geometry, max(radii, default=options.radius or 0.0))
     tree = tree or build(geometry, method, progress=progress)
     radius = radii[0] if len(radii) else options.radius
     is_suitable = radius is None and geometry.is_bare
     if is_suitable:
-        radius = suitable_radius(tree, camera) if len(geometry) else 0.0
+        thickest = THICKEST_HAIR if _is_hair(look) else THICKEST
+        radius = suitable_radius(tree, camera, thickest) if len(geometry) else 0.0
     radius = check_radius(tree, radius)
     if not geometry.takes_radius:
         warn_of_radius(geometry, radius)
@@ -191,15 +222,21 @@ def plan_picture(
     return PicturePlan(tree, camera, width, height, radius, look, options, legend, is_suitable, offset)
 
 
-def choose_camera(options: PictureOptions, geometry: AnyGeometry) -> tuple[Camera, int, int]:
-    """Return the camera, the width and the height of a picture."""
+def choose_camera(options: PictureOptions, geometry: AnyGeometry, radius: float) -> tuple[Camera, int, int]:
+    """Return the camera, the width and the height of a picture of lines to whose own radius one is added."""
     view = options.camera or ViewOptions()
-    suitable = (SIZE, SIZE)
+    suitable = (options.side, options.side)
     if isinstance(view, ViewOptions) and not view.turns:
-        suitable = default_size(geometry, SIZE, direction=view.direction, up=view.up)
+        suitable = default_size(geometry, options.side, direction=view.direction, up=view.up)
     width, height = complete_size(options.width, options.height, suitable)
     check_size(width, height)
-    return (view.camera(geometry, width / height) if isinstance(view, ViewOptions) else view), width, height
+    if not isinstance(view, ViewOptions):
+        return view, width, height
+    return view.camera(geometry, width / height, radius if geometry.takes_radius else 0.0), width, height
+
+
+def _is_hair(look: Look | Measure) -> bool:
+    return isinstance(getattr(look, "material", None), HairMaterial)
 
 
 def _look(options: PictureOptions, geometry: AnyGeometry) -> tuple[Look | Measure, bool]:
@@ -208,14 +245,27 @@ def _look(options: PictureOptions, geometry: AnyGeometry) -> tuple[Look | Measur
     made = MEASURES.get(name, name) if isinstance(name, str) else name
     if isinstance(made, str):
         options.check(PictureRequest(look=made))
-        made = make_look(made, geometry, options.color, options.color_map, options.quality)
+        made = make_look(
+            made,
+            geometry,
+            options.color,
+            options.color_map,
+            options.quality,
+            material=options.material,
+            variation=options.variation,
+        )
     request = _request(name, made, geometry)
     options.check(request)
+    if isinstance(options.legend, str) and request.color == "direction":
+        raise InputError(
+            f"the legend of directions has no title, and {options.legend!r} is given; draw it without, or colour lines "
+            "by an attribute of numbers"
+        )
     backdrop = options.backdrop
     if backdrop is not None and isinstance(made, Solid):
-        made = replace(made, backdrop=backdrop)
+        made = made.before(backdrop)
     has_bar = request.color == "number" and options.file != ".exr"
-    return made, has_bar if options.legend is None else options.legend
+    return made, has_bar if options.legend is None else options.legend is not False
 
 
 def _request(

@@ -12,7 +12,7 @@ from ..arrays import count, number
 from ..camera import Camera
 from ..errors import InputError
 from ..progress import ProgressOption
-from .color.legend import ColorBar
+from .color.legend import ColorBar, emptiest_corner
 from .default_view import ViewOptions
 from .measures import Measure
 from .pictures.picture import Picture
@@ -112,6 +112,10 @@ def turned(
     plan: PicturePlan, n_pictures: int, degrees: float = 360.0, progress: ProgressOption = False
 ) -> Iterator[Picture]:
     """Draw a plan from each camera of a turn; keep the range of a measure of the first picture."""
+    return _with_steady_legend(_turned(plan, n_pictures, degrees, progress))
+
+
+def _turned(plan: PicturePlan, n_pictures: int, degrees: float, progress: ProgressOption) -> Iterator[Picture]:
     for i in range(n_pictures):
         picture = draw(replace(plan, camera=plan.camera.orbit(degrees * i / n_pictures)), progress)
         look = plan.look
@@ -122,7 +126,16 @@ def turned(
 
 def swept(plan: PicturePlan, radii: Sequence[float], progress: ProgressOption = False) -> Iterator[Picture]:
     """Draw a plan with each radius."""
-    return (draw(replace(plan, radius=radius), progress) for radius in radii)
+    return _with_steady_legend(draw(replace(plan, radius=radius), progress) for radius in radii)
+
+
+def _with_steady_legend(pictures: Iterator[Picture]) -> Iterator[Picture]:
+    """Put the legend of all pictures into the corner of the first."""
+    corner = None
+    for picture in pictures:
+        if picture.legend is not None:
+            corner = corner or emptiest_corner(picture.alpha, picture.legend)
+        yield replace(picture, corner=corner)
 
 
 def spaced_radii(first: float, last: float, n_radii: int) -> list[float]:

@@ -18,27 +18,34 @@ from .shading.depth_tone import pixel_size
 MANY = 0.25
 #: The bounds of the radius of a picture, and one with which lines look closed, as fractions of the longest side.
 THINNEST, THICKEST, COARSE = 1 / 1500, 1 / 400, 1 / 100
+#: The largest radius of hair in a picture, about that of a pixel: thicker hairs look like noodles.
+THICKEST_HAIR = 1 / 1000
 #: At least this fraction of the rays hit that hit with the coarse radius.
 CLOSED = 0.8
+#: The least radius of the sticks of a molecule, in Å.
+STICK = 0.25
 #: The radius of what is a single point, as a fraction of the height of the picture.
 DOT = 1 / 20
 #: How many rays are tried, spread evenly over all; they say nothing if fewer than `LEAST` of them cross the box.
 TRIED, LEAST = 4096, 100
 
 
-def suitable_radius(tree: AnyTree, camera: Camera) -> float:
+def suitable_radius(tree: AnyTree, camera: Camera, thickest: float = THICKEST) -> float:
     """Return the least of the radii 1, 2, 5, 10 … with which lines look closed where they are dense.
 
     With it, `CLOSED` of the rays of a picture hit that hit with the radius `COARSE`. It is not less than `THINNEST` and
-    not more than `THICKEST`, all of them times the longest side of the box. Flat lines have the least radius. Lines
+    not more than `thickest`, all of them times the longest side of the box. Flat lines have the least radius. Lines
     that are nowhere dense have the largest, such as a single one. Points may be as thick as `COARSE`, and so may lines
-    that are shorter than that altogether. What is a single point has the radius `DOT`.
+    that are shorter than that altogether. What is a single point has the radius `DOT`. Molecules have sticks of the radius
+    `STICK` at least.
 
     Parameters
     ----------
     tree : Tree
         Over at least one primitive.
     camera : Camera
+    thickest : float
+        `THICKEST_HAIR` for hair.
 
     Examples
     --------
@@ -55,7 +62,10 @@ def suitable_radius(tree: AnyTree, camera: Camera) -> float:
         return round_number(DOT * pixel_size(tree.geometry, camera, 1))
     extent = high - low
     size = float(extent.max())
-    least, most, coarse = (round_number(part * size) for part in (THINNEST, THICKEST, COARSE))
+    least, most, coarse = (round_number(part * size) for part in (THINNEST, thickest, COARSE))
+    if tree.geometry.unit == "Å":
+        least = max(least, STICK)
+        most = max(most, least)
     are_dots = tree.geometry.total_length <= coarse and all(part.has_axes for part in tree.geometry.each_part())
     if are_dots:
         most = coarse

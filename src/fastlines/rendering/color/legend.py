@@ -1,4 +1,4 @@
-"""Legends: what the colours of a picture mean, drawn into its lower left corner.
+"""Legends: what the colours of a picture mean, drawn into a corner of it.
 
 Letters are light on dark pictures and dark on light ones, and have a halo of the opposite shade.
 """
@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from ...arrays import FloatArray
+from ...arrays import AnyArray, FloatArray
 from ...camera import Float64Array
 from .palette import mapped, of_directions
 from .tone import srgb
@@ -26,6 +26,8 @@ Shade: TypeAlias = tuple[int, int, int]
 LETTERS, MARGIN, BAR, ARM = 0.026, 0.03, (0.34, 0.018), 0.06
 #: The smallest letters, in pixels.
 SMALLEST = 9
+#: The corners, in the order in which they are tried: the first one with so few lines, or else the emptiest.
+CORNERS, EMPTY = ("lower left", "lower right", "upper left", "upper right"), 0.01
 #: Legends are drawn larger by this factor and scaled down, for smooth edges.
 FINER = 4
 LIGHT: Shade = (240, 240, 240)
@@ -69,13 +71,36 @@ class Triad:
 Legend: TypeAlias = ColorBar | Triad
 
 
-def draw_legend(pixels: Bytes, legend: Legend) -> Bytes:
-    """Draw a legend into the lower left corner of a picture.
+def emptiest_corner(alpha: FloatArray, legend: Legend) -> str:
+    """Return the corner of a picture where a legend hides least: the first without lines, or that with the fewest.
+
+    Parameters
+    ----------
+    alpha : (height, width) array
+        The fraction of each pixel that lines cover.
+    legend : ColorBar or Triad
+
+    Examples
+    --------
+    >>> alpha = np.zeros((100, 200))
+    >>> alpha[50:, :150] = 1  # lines at the lower left
+    >>> emptiest_corner(alpha, ColorBar("fa", 0.0, 1.0, "viridis"))
+    'upper left'
+    """
+    drawn = Pen(min(alpha.shape) * FINER, LIGHT, DARK).drawn(legend)
+    covered = {corner: float(alpha[_within(alpha, corner, *drawn.size)].mean()) for corner in CORNERS}
+    return next((corner for corner in CORNERS if covered[corner] < EMPTY), min(CORNERS, key=lambda at: covered[at]))
+
+
+def draw_legend(pixels: Bytes, legend: Legend, corner: str = CORNERS[0]) -> Bytes:
+    """Draw a legend into a corner of a picture.
 
     Parameters
     ----------
     pixels : (height, width, 3) or (height, width, 4) uint8
     legend : ColorBar or Triad
+    corner : str
+        One of `CORNERS`.
 
     Returns
     -------
@@ -91,14 +116,21 @@ def draw_legend(pixels: Bytes, legend: Legend) -> Bytes:
     from PIL import Image
 
     height, width = pixels.shape[:2]
-    pen = Pen.of(pixels)
-    drawn = pen.bar(legend) if isinstance(legend, ColorBar) else pen.triad(legend)
+    drawn = Pen.of(pixels, corner).drawn(legend)
     picture = Image.fromarray(pixels).convert("RGBA")
+    rows, columns = _within(pixels, corner, *drawn.size)
     above = max(0, drawn.height - height)
-    picture.alpha_composite(
-        drawn.crop((0, above, min(width, drawn.width), drawn.height)), (0, height - drawn.height + above)
-    )
+    picture.alpha_composite(drawn.crop((0, above, min(width, drawn.width), drawn.height)), (columns.start, rows.start))
     return np.array(picture.convert("RGB" if pixels.shape[2] == 3 else "RGBA"))
+
+
+def _within(pixels: AnyArray, corner: str, width: int, height: int) -> tuple[slice, slice]:
+    """Return the rows and the columns of a part of a picture of some size in a corner, as far as it has them."""
+    whole_height, whole_width = pixels.shape[:2]
+    height, width = min(height, whole_height), min(width, whole_width)
+    top = 0 if "upper" in corner else whole_height - height
+    left = 0 if "left" in corner else whole_width - width
+    return slice(top, top + height), slice(left, left + width)
 
 
 @dataclass(frozen=True)
@@ -110,12 +142,11 @@ class Pen:
     halo: Shade
 
     @classmethod
-    def of(cls, pixels: Bytes) -> Pen:
+    def of(cls, pixels: Bytes, corner: str) -> Pen:
         """Choose light letters on a dark or transparent corner, and dark ones on a light corner."""
-        height, width = pixels.shape[:2]
-        side = min(height, width)
-        corner = pixels[-max(1, side // 4) :, : max(1, side // 2)]
-        shown = corner[..., :3] * (corner[..., 3:] / 255 if pixels.shape[2] == 4 else 1)
+        side = min(pixels.shape[:2])
+        near = pixels[_within(pixels, corner, max(1, side // 2), max(1, side // 4))]
+        shown = near[..., :3] * (near[..., 3:] / 255 if pixels.shape[2] == 4 else 1)
         bright = shown.mean() > 128
         return cls(side * FINER, *((DARK, LIGHT) if bright else (LIGHT, DARK)))
 
@@ -128,6 +159,10 @@ class Pen:
     def letters(self) -> float:
         """The height of letters."""
         return max(SMALLEST * FINER, LETTERS * self.side)
+
+    def drawn(self, legend: Legend) -> Image.Image:
+        """Draw a legend, in pixels of the picture."""
+        return self.bar(legend) if isinstance(legend, ColorBar) else self.triad(legend)
 
     def bar(self, bar: ColorBar) -> Image.Image:
         """Draw a colour bar between its title and its numbers, in pixels of the picture."""

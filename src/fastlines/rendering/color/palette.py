@@ -14,13 +14,14 @@ from ...camera import Vector
 from ...errors import InputError
 from .tone import linear
 
-#: Colours of a map at even steps, as sRGB in hexadecimal. The maps of matplotlib are in the public domain (CC0).
+#: Colours of a map at even steps, as sRGB in hexadecimal. The maps of matplotlib are in the public domain (CC0). Those
+#: that begin with black lack the fifth below, and gray begins with a dark grey: black lines are invisible on the dark.
 MAPS: Mapping[str, str] = {
     "viridis": "440154 482475 414487 355f8d 2a788e 21918c 22a884 44bf70 7ad151 bddf26 fde725",
-    "magma": "000004 140e36 3b0f70 641a80 8c2981 b73779 de4968 f7705c fe9f6d fecf92 fcfdbf",
-    "inferno": "000004 160b39 420a68 6a176e 932667 bc3754 dd513a f37819 fca50a f6d746 fcffa4",
+    "magma": "3b0f70 641a80 8c2981 b73779 de4968 f7705c fe9f6d fecf92 fcfdbf",
+    "inferno": "420a68 6a176e 932667 bc3754 dd513a f37819 fca50a f6d746 fcffa4",
     "coolwarm": "3b4cc0 5977e3 7b9ff9 9ebeff c0d4f5 dddcdc f2cbb7 f7ac8e ee8468 d65244 b40426",
-    "gray": "000000 ffffff",
+    "gray": "404040 ffffff",
 }
 #: Colours of the types of an SWC file: undefined, soma, axon, basal and apical dendrites, and three of one's own.
 NEURITES = "c4a878 55555c 3f7cbf cf5448 9460b8 56a06c d68f3e 5fb0b8"
@@ -33,8 +34,8 @@ def mapped(values: npt.NDArray[np.floating], name: str = "viridis") -> FloatArra
 
     Examples
     --------
-    >>> mapped(np.array([0.0, 1.0]), "gray").tolist()
-    [[0.0, 0.0, 0.0], [1.0, 1.0, 1.0]]
+    >>> mapped(np.array([1.0, np.nan]), "gray").round(1).tolist() == [[1.0, 1.0, 1.0], [np.float32(0.3)] * 3]
+    True
     """
     check_map(name)
     table = np.array([hexadecimal(f"#{text}") for text in MAPS[name].split()])

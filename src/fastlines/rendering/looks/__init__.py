@@ -1,7 +1,17 @@
 """Looks: how the fragments of a picture are shaded."""
 
 from .look import Backdrop, Look
-from .table import LOOKS, QUALITIES, ColorOption, check_color, check_name, look_for, make_look
+from .table import (
+    LOOKS,
+    QUALITIES,
+    ColorOption,
+    MaterialOption,
+    check_color,
+    check_material,
+    check_name,
+    look_for,
+    make_look,
+)
 
 __all__ = [
     "LOOKS",
@@ -9,7 +19,9 @@ __all__ = [
     "Backdrop",
     "ColorOption",
     "Look",
+    "MaterialOption",
     "check_color",
+    "check_material",
     "check_name",
     "look_for",
     "make_look",

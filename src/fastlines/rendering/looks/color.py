@@ -16,11 +16,14 @@ from ..color.palette import light_of, of_directions, of_neurites, of_numbers
 from ..color.tone import linear
 from ..shading.fragments import Fragments
 from ..shading.shading_context import ShadingContext
+from .variation import shade_of_strands
 
 #: The attribute that holds the colour of lines in USD.
 DISPLAY_COLOR = "displayColor"
-#: The attribute of SWC that holds the types of neurites.
-TYPE = "type"
+#: The attribute of SWC that holds the types of neurites, and the radius of lines, which is in the unit of coordinates.
+TYPE, RADIUS = "type", "radius"
+#: How bright red, green and blue look (Rec. 709).
+LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 #: The words that are colours of lines, and what begins the name of an attribute that could be taken for one of them.
 WORDS, ATTRIBUTE = ("direction", "strand"), "attribute:"
 
@@ -41,6 +44,8 @@ class Color:
         The values at both ends of the map; by default those of all lines, without the outer hundredths.
     attribute : str
         The name of the attribute.
+    variation : float
+        How much brighter or darker than that a strand is, from 0 to 1.
     """
 
     by: str = "direction"
@@ -48,9 +53,14 @@ class Color:
     plain: tuple[float, float, float] = (0.72, 0.64, 0.52)
     range: tuple[float, float] | None = None
     attribute: str = ""
+    variation: float = 0.0
 
     def of(self, fragments: Fragments, context: ShadingContext) -> FloatArray:
         """Return the colour of each fragment, (n, 3) linear."""
+        colors = self._of(fragments, context)
+        return colors * shade_of_strands(fragments.strand, self.variation)[:, None] if self.variation else colors
+
+    def _of(self, fragments: Fragments, context: ShadingContext) -> FloatArray:
         if self.by == "plain":
             return np.broadcast_to(np.asarray(self.plain, np.float32), (len(fragments), 3))
         if self.by == "direction":
@@ -84,8 +94,23 @@ class Color:
             return "number" if self.has_bar(geometry) else "other"
         return self.by
 
+    def lightness(self, geometry: AnyGeometry) -> float:
+        """Return the mean luminance of lines of one colour, or with colours in the file; of others that of grey."""
+        colors = np.full((1, 3), 0.2)
+        if self.by == "plain":
+            colors = np.array([self.plain])
+        elif self.by == "attribute":
+            arrays = (
+                array for array, n in geometry.arrays_of(self.attribute) if array.shape[n:] == (3,) and len(array)
+            )
+            found = [_colors(np.nan_to_num(array.reshape(-1, 3)), geometry, self.attribute) for array in arrays]
+            colors = np.concatenate(found) if found else colors
+        return float((colors @ LUMINANCE).mean(dtype=np.float64))
+
     def _bar(self, geometry: AnyGeometry) -> ColorBar:
-        return ColorBar(self.attribute, *(self.range or value_range(geometry, self.attribute)), self.map)
+        has_unit = self.attribute == RADIUS and geometry.unit is not None
+        title = f"{self.attribute} in {geometry.unit}" if has_unit else self.attribute
+        return ColorBar(title, *(self.range or value_range(geometry, self.attribute)), self.map)
 
 
 def _colors(values: AnyArray, geometry: AnyGeometry, name: str) -> FloatArray:

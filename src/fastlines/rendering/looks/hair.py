@@ -21,14 +21,12 @@ from ...engines import engine
 from ...support.computed_once import computed_once
 from ..hair import AveragedHair, HairMaterial
 from ..sampling.sampler import Sampler
-from ..sampling.sobol import hashed
 from ..shading.fragments import Fragments
 from ..shading.lighting import SALON, Rig
 from ..shading.shading_context import ShadingContext
 from .look import Backdrop
+from .variation import shade_of_strands
 
-#: How much brighter or darker than the mean a hair is, for a head has hairs of many shades.
-VARIETY = 0.25
 #: Light from hairs that are farther than this fraction of the size of the scene has passed a head or a body.
 FAR = 0.1
 #: The fraction of what the hairs around scatter back that arrives (Zinke et al., §4.1).
@@ -37,13 +35,25 @@ DENSITY = 0.7
 
 @dataclass(frozen=True)
 class Hair:
-    """Shades hairs that are thinner than a pixel."""
+    """Shades hairs that are thinner than a pixel.
+
+    Attributes
+    ----------
+    material : HairMaterial
+    backdrop : Backdrop
+    rig : Rig
+    has_ground : bool
+        Whether the lines cast a shadow on the ground.
+    variation : float
+        How much brighter or darker than the mean a hair is, from 0 to 1.
+    """
 
     material: HairMaterial
     backdrop: Backdrop
     rig: Rig = SALON
     is_light: bool = field(default=True, init=False)
     has_ground: bool = False
+    variation: float = 0.0
 
     @computed_once
     def _averaged(self) -> AveragedHair:
@@ -59,7 +69,7 @@ class Hair:
         light = self._scattered(fragments, context, moved, to_sky, np.float32(4 * np.pi) * radiance, is_sharp=False)
         for towards, lamp in zip(to_lamps.reshape(len(lamps), len(fragments), 3), lamps, strict=True):
             light += self._scattered(fragments, context, moved, towards, lamp[9:], is_sharp=True)
-        return light * _shade_of_strand(fragments)[:, None]
+        return light * shade_of_strands(fragments.strand, self.variation)[:, None]
 
     def _scattered(
         self,
@@ -81,9 +91,3 @@ class Hair:
         light = towards, color, *crossed
         arrays = (hair.material.numbers, *hair.tables), (tangents, fragments.to_eye), light
         return engine.light_of_hair(*arrays, is_sharp, DENSITY)
-
-
-def _shade_of_strand(fragments: Fragments) -> FloatArray:
-    """Return by how much the hair of each fragment is brighter than the mean."""
-    chance = hashed(fragments.strand.astype(np.uint32)) * np.float32(2.0**-32)
-    return np.asarray(1 + VARIETY * (2 * chance - 1), np.float32)

@@ -1,12 +1,13 @@
 """Solid lines: fibres and tubes, in the colours of their directions, strands or attributes.
 
-Surfaces scatter light evenly, and have a highlight. Lines thinner than a pixel scatter it evenly around their axis, as
-cylinders do: of the light that meets them, the fraction (1 + cos φ)·cos θ / π² goes in each direction.
+Surfaces scatter light evenly, and have a highlight; `surface_material` has the formula. Lines thinner than a pixel
+scatter it evenly around their axis, as cylinders do: of the light that meets them, the fraction (1 + cos φ)·cos θ / π²
+goes in each direction.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -18,12 +19,14 @@ from ..shading.lighting import STUDIO, Rig
 from ..shading.shading_context import ShadingContext
 from .color import Color
 from .look import Backdrop
-from .surface_material import SurfaceMaterial
+from .surface_material import SATIN, SurfaceMaterial
 
 #: Occlusion counts up to this fraction of the size of the scene.
 NEAR = 0.06
 #: How many random numbers a fragment takes.
 N_NUMBERS = 10
+#: How much the farthest lines fade at most before a backdrop that is lighter than this.
+SLIGHT_HAZE, LIGHT = 0.15, 0.2
 
 
 @dataclass(frozen=True)
@@ -49,9 +52,14 @@ class Solid:
     backdrop: Backdrop
     rig: Rig = STUDIO
     haze: float = 0.0
-    material: SurfaceMaterial = field(default_factory=SurfaceMaterial)
+    material: SurfaceMaterial = SATIN
     has_ground: bool = False
     is_light: bool = field(default=True, init=False)
+
+    def before(self, backdrop: Backdrop) -> Solid:
+        """Return the look before another backdrop; haze that is light must be slight, or colours are washed out."""
+        is_light = float(backdrop.light(1, 1).mean()) > LIGHT
+        return replace(self, backdrop=backdrop, haze=min(self.haze, SLIGHT_HAZE) if is_light else self.haze)
 
     def shade(self, fragments: Fragments, context: ShadingContext, sampler: Sampler) -> FloatArray:
         """Return the light of each fragment towards the eye, (n, 3) float32 linear."""

@@ -7,8 +7,9 @@ light and the eye:
     highlight = tint · (exponent + 8) / 48 · (n · h)^exponent,   exponent = 2 / roughness⁴ − 2
     tint      = (1 − metallic) · gloss + metallic · 6/π · colour
 
-So the highlight of a metal reflects all of its colour, and of other surfaces a fraction of white light. The relation of
-roughness and exponent is that of Burley ("Physically Based Shading at Disney", 2012) with α = roughness².
+So the highlight of a metal reflects all of its colour, and that of other surfaces a fraction of white light. Light of
+the sky is scattered evenly, also by a metal. The relation of roughness and exponent is that of Burley ("Physically
+Based Shading at Disney", 2012) with α = roughness².
 """
 
 from __future__ import annotations
@@ -75,3 +76,13 @@ class SurfaceMaterial:
         """
         peak = (self.exponent + 8) / (USUAL_EXPONENT + 8)
         return peak * (1 - self.metallic) * self.gloss, peak * self.metallic * 6 / math.pi
+
+
+SATIN = SurfaceMaterial()
+#: The materials by name.
+MATERIALS = {
+    "matt": SurfaceMaterial(roughness=1.0, gloss=0.0),
+    "satin": SATIN,
+    "polished": SurfaceMaterial(roughness=0.25, gloss=0.2),
+    "metal": SurfaceMaterial(roughness=0.4, metallic=1.0),
+}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Container, Sequence
+from dataclasses import replace
 from typing import TypeAlias
 
 import numpy as np
@@ -18,10 +19,13 @@ from ..shading.lighting import SOFT
 from . import flat
 from .color import ATTRIBUTE, DISPLAY_COLOR, TYPE, WORDS, Color, make_color
 from .look import Backdrop, Look
-from .solid import Solid
+from .solid import SLIGHT_HAZE, Solid
+from .surface_material import MATERIALS, SATIN, SurfaceMaterial
 
-#: What colours lines: a word, "#rrggbb" or an attribute's name; three numbers from 0 to 1; or what hair is made of.
-ColorOption: TypeAlias = str | Sequence[float] | HairMaterial
+#: What colours lines: a word, "#rrggbb" or an attribute's name; or three numbers from 0 to 1.
+ColorOption: TypeAlias = str | Sequence[float]
+#: What lines are made of: hair, or fibres and tubes, of which some materials have names.
+MaterialOption: TypeAlias = HairMaterial | SurfaceMaterial | str
 
 #: The looks, and half a line about each.
 LOOKS = {
@@ -50,12 +54,20 @@ PAPER = Backdrop("#eeeef0", "#c6c6cb")
 #: Darker than lit hair, so that gaps between hairs look deep, and light from behind draws the outline.
 SLATE = Backdrop("#6a6d75", "#232428")
 NIGHT = Backdrop("#16181d", "#08080a")
+#: The attribute of the number of a residue of a molecule.
+RESIDUE = "residue"
+#: Lines of a larger luminance are hardly seen before paper.
+PALE = 0.6
+#: How much the farthest fibres fade; where colours are numbers, which must be read, it is `SLIGHT_HAZE`.
+HAZE = 0.5
 CLAY = "#c4a878"
 AMBER = "#ffb45c"
 #: The tilt of the scales of hair, whose strands run from the root to the tip, and its roughness along the strand.
 TILT, ROUGHNESS = -2.0, 0.25
 #: The least reflectance of hair: no fibre absorbs all light.
 DARKEST = 1e-3
+#: How much brighter or darker than the mean a hair is, for a head has hairs of many shades.
+VARIETY = 0.25
 #: The melanin and the redness of the colours of hair.
 HAIR_COLORS = {
     "white": (0.0, 0.0),
@@ -115,6 +127,8 @@ def make_look(
     color: ColorOption | None = None,
     color_map: str | None = None,
     quality: str = "normal",
+    material: MaterialOption | None = None,
+    variation: float | None = None,
 ) -> Look:
     """Make a look by its name, or the one that suits the geometry.
 
@@ -123,23 +137,31 @@ def make_look(
     name : str or None
         One of `LOOKS`.
     geometry : Lines or another container
-    color : str, three numbers or HairMaterial, optional
-        Of hair: one of `HAIR_COLORS`, a colour such as "#c08040", or a material. Of fibres and tubes: "direction",
-        "strand", the name of an attribute, or a colour; "attribute:strand" is an attribute of the name of one of these
-        words. Three numbers are a colour from 0 to 1, as a screen shows it.
+    color : str or three numbers, optional
+        Of hair: one of `HAIR_COLORS`, or a colour such as "#c08040". Of fibres and tubes: "direction", "strand", the
+        name of an attribute, or a colour; "attribute:strand" is an attribute of the name of one of these words. Three
+        numbers are a colour from 0 to 1, as a screen shows it.
     color_map : str, optional
         One of `palette.MAPS`, for an attribute; "viridis" by default.
     quality : str
         One of `QUALITIES`; "high" is for hair.
+    material : HairMaterial, SurfaceMaterial or str, optional
+        Of hair, in place of a colour; or of fibres and tubes, also one of `MATERIALS`.
+    variation : float, optional
+        How much brighter or darker than the mean a strand is; by default `VARIETY` in hair, else 0.
     """
     name = name or look_for(geometry)
     check_name(name, LOOKS)
     choice("quality", quality, QUALITIES)
-    check_options({"color": color, "color_map": color_map, "quality": quality}, PictureRequest(look=name))
+    given = {"color": color, "color_map": color_map, "quality": quality, "material": material, "variation": variation}
+    check_options(given, PictureRequest(look=name))
     if name == "hair":
-        return _hair("brown" if color is None else color, quality, geometry)
-    if isinstance(color, HairMaterial):
-        raise InputError("color is a HairMaterial, which is for the look 'hair'; name that look, or another colour")
+        from .hair import Hair
+        from .traced_hair import TracedHair
+
+        kind = TracedHair if quality == "high" else Hair
+        of_hair = _hair_material(color, material, geometry)
+        return kind(of_hair, SLATE, variation=VARIETY if variation is None else variation)
     if name in ("fibre", "tube"):
         known = geometry.sample_names
         if color is None and name == "tube" and TYPE in known and geometry.unit == "µm":
@@ -147,15 +169,31 @@ def make_look(
         else:
             usual = DISPLAY_COLOR if DISPLAY_COLOR in known else _usual_color(name, geometry)
             chosen = make_color(usual if color is None else color, color_map or DEFAULT_MAP, geometry)
-        return Solid(chosen, NIGHT, SOFT, haze=0.5) if name == "fibre" else Solid(chosen, PAPER, has_ground=True)
+        chosen = replace(chosen, variation=variation or 0.0)
+        if name == "fibre":
+            haze = SLIGHT_HAZE if chosen.has_bar(geometry) else HAZE
+            return Solid(chosen, NIGHT, SOFT, haze, _surface(material))
+        return Solid(chosen, _behind_tubes(chosen, geometry), material=_surface(material), has_ground=True)
     shown = {"depth": flat.depth, "id": flat.ids, "normal": flat.normals, "tangent": flat.tangents}
     return flat.Flat(shown[name])
 
 
 def check_color(color: object) -> None:
-    """Refuse what is no colour: neither a text, nor three numbers, nor a material."""
-    if color is not None and not isinstance(color, HairMaterial):
+    """Refuse what is no colour: neither a text nor three numbers."""
+    if isinstance(color, HairMaterial | SurfaceMaterial):
+        raise InputError(f"color={color!r}; expected the name of a colour, '#rrggbb', or three numbers; use material=")
+    if color is not None:
         light_of(color)
+
+
+def check_material(material: object) -> None:
+    """Refuse what is no material."""
+    if isinstance(material, str):
+        choice("material", material, MATERIALS)
+    elif not (material is None or isinstance(material, HairMaterial | SurfaceMaterial)):
+        raise InputError(
+            f"material={material!r}; expected a HairMaterial, a SurfaceMaterial, or one of {', '.join(MATERIALS)}"
+        )
 
 
 def check_name(name: str, known: Container[str] = (*LOOKS, *NUMBERS)) -> None:
@@ -165,13 +203,15 @@ def check_name(name: str, known: Container[str] = (*LOOKS, *NUMBERS)) -> None:
 
 
 def _usual_color(look: str, geometry: AnyGeometry) -> str:
-    """Return the colour of fibres or tubes: by direction, or by chains of molecules, or one for all.
+    """Return the colour of fibres or tubes: by direction, by chains or residues of molecules, or one for all.
 
     Directions say nothing where lines are flat, or turn all the time.
     """
     if look == "fibre":
         return AMBER if _is_flat(geometry) or any(map(_is_tangled, geometry.each_part())) else "direction"
-    return "strand" if geometry.unit == "Å" else CLAY
+    if geometry.unit != "Å":
+        return CLAY
+    return RESIDUE if geometry.n_strands == 1 and RESIDUE in geometry.sample_names else "strand"
 
 
 def _is_flat(geometry: AnyGeometry) -> bool:
@@ -179,19 +219,41 @@ def _is_flat(geometry: AnyGeometry) -> bool:
     return len(geometry) == 0 or bool((geometry.bounds[1] == geometry.bounds[0]).any())
 
 
-def _hair(color: ColorOption, quality: str, geometry: AnyGeometry) -> Look:
-    """Make hair of a natural colour, of any, or of a material."""
-    from .hair import Hair
-    from .traced_hair import TracedHair
+def _behind_tubes(color: Color, geometry: AnyGeometry) -> Backdrop:
+    """Return paper, or slate behind lines that are almost as light as paper."""
+    return SLATE if color.lightness(geometry) > PALE else PAPER
 
-    kind = TracedHair if quality == "high" else Hair
-    if isinstance(color, HairMaterial):
-        return kind(color, SLATE)
+
+def _surface(material: MaterialOption | None) -> SurfaceMaterial:
+    """Return the material of fibres or tubes."""
+    if isinstance(material, HairMaterial):
+        raise InputError(
+            "material is a HairMaterial, which is for the look 'hair'; name that look, or give a SurfaceMaterial"
+        )
+    if isinstance(material, SurfaceMaterial):
+        return material
+    return SATIN if material is None else MATERIALS[material]
+
+
+def _hair_material(color: ColorOption | None, material: MaterialOption | None, geometry: AnyGeometry) -> HairMaterial:
+    """Return hair of a natural colour, or of any, or the given material."""
+    if isinstance(material, HairMaterial):
+        if color is not None:
+            raise InputError(
+                f"color={color!r} does not apply: the material of hair has a colour of its own; give one of them"
+            )
+        return material
+    if material is not None:
+        raise InputError(
+            f"material={material!r} is for the looks 'fibre' and 'tube', and this is 'hair'; name one of them, or give "
+            "a HairMaterial"
+        )
+    color = "brown" if color is None else color
     shape = {"scale_tilt": TILT, "longitudinal_roughness": ROUGHNESS}
     light = light_of(color)
     if light is not None:
         red, green, blue = (max(channel, DARKEST) for channel in light)
-        return kind(HairMaterial.from_reflectance((red, green, blue), **shape), SLATE)
+        return HairMaterial.from_reflectance((red, green, blue), **shape)
     assert isinstance(color, str)
     if color not in HAIR_COLORS:
         known = geometry.sample_names
@@ -199,4 +261,4 @@ def _hair(color: ColorOption, quality: str, geometry: AnyGeometry) -> Look:
             raise InputError(f"color={color!r} is for the looks 'fibre' and 'tube', and this is 'hair'; name the look")
         raise InputError(f"there is no hair colour {color!r}{did_you_mean(color, (*HAIR_COLORS, '#rrggbb'))}")
     melanin, redness = HAIR_COLORS[color]
-    return kind(HairMaterial.from_melanin(melanin, redness, **shape), SLATE)
+    return HairMaterial.from_melanin(melanin, redness, **shape)

@@ -15,6 +15,7 @@ from ..shading.fragments import Fragments
 from ..shading.lighting import SALON, Rig
 from ..shading.shading_context import ShadingContext
 from .look import Backdrop
+from .variation import shade_of_strands
 
 #: How often light is scattered at most. Blond hair needs many: a fibre absorbs little.
 MAX_BOUNCES = 64
@@ -31,6 +32,10 @@ class TracedHair:
     rig : Rig
     max_bounces : int
         How often light is scattered at most.
+    has_ground : bool
+        Whether the lines cast a shadow on the ground.
+    variation : float
+        How much brighter or darker than the mean a hair is, from 0 to 1.
     """
 
     material: HairMaterial
@@ -38,6 +43,7 @@ class TracedHair:
     rig: Rig = SALON
     max_bounces: int = MAX_BOUNCES
     has_ground: bool = False
+    variation: float = 0.0
     is_light: bool = field(default=True, init=False)
 
     def shade(self, fragments: Fragments, context: ShadingContext, sampler: Sampler) -> FloatArray:
@@ -48,7 +54,7 @@ class TracedHair:
         vertices = seen_vertices(fragments, context, across).some(rows)
         traced = PathTracer(context, self.material, self.max_bounces).light(vertices, numbers)
         light = np.zeros((len(fragments), 3), np.float32)
-        light[rows] = traced * times[:, None]
+        light[rows] = traced * (times * shade_of_strands(fragments.strand[rows], self.variation))[:, None]
         return light
 
 

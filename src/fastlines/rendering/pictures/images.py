@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Collection, Mapping
 from pathlib import Path
+from typing import IO
 
 import numpy as np
 import numpy.typing as npt
@@ -21,6 +22,8 @@ IMAGE_FORMATS = {
 }
 #: What renderers call the channels of some AOVs; others keep their names.
 CHANNELS = {"depth": "Z", "normal": "N", "position": "P"}
+#: The rendering intent of sRGB in a PNG: that for pictures.
+PERCEPTUAL = 0
 #: The largest float16, and the number of nothing in a channel of whole numbers.
 HALF_MAX, NOTHING = 65504.0, 2**32 - 1
 
@@ -42,14 +45,25 @@ def known_extension(path: str | os.PathLike[str], formats: Collection[str], what
     return extension
 
 
-def write_picture(path: str | os.PathLike[str], picture: npt.NDArray[np.uint8]) -> None:
-    """Write a picture, (h, w) or (h, w, 3) uint8, as PNG; the file appears whole or not at all."""
-    from PIL import Image
+def write_picture(path: str | os.PathLike[str], picture: npt.NDArray[np.uint8], *, is_final: bool = True) -> None:
+    """Write a picture, (h, w) or (h, w, 3) uint8, as PNG; the file appears whole or not at all.
 
+    One that is not final is compressed less, and may be lost at a power failure.
+    """
     if check_image_path(path) != ".png":
         raise InputError(f"{path}: a picture of 8 bits is written as .png")
-    with atomic_write(path) as partial:
-        Image.fromarray(picture).save(partial, "PNG")
+    with atomic_write(path, durable=is_final) as partial:
+        save_png(partial, picture, 6 if is_final else 1)
+
+
+def save_png(file: Path | IO[bytes], picture: npt.NDArray[np.uint8], compress_level: int = 6) -> None:
+    """Write a picture as PNG, and say that its values are those of sRGB."""
+    from PIL import Image
+    from PIL.PngImagePlugin import PngInfo
+
+    info = PngInfo()
+    info.add(b"sRGB", bytes([PERCEPTUAL]))
+    Image.fromarray(picture).save(file, "PNG", pnginfo=info, compress_level=compress_level)
 
 
 def write_depth(path: str | os.PathLike[str], depth: FloatArray) -> None:

@@ -23,7 +23,7 @@ DRAWN = (*LIT, *FLAT, *NUMBERS, OWN_FLAT)
 FILMS = (".gif", ".mp4")
 SCREEN = (".png", *FILMS)
 #: The values with which options change nothing, besides None; False for all others.
-NEUTRAL = {"exposure": 0, "quality": "normal", "levels": 0, "repeats": True, "lens_radius": 0}
+NEUTRAL = {"exposure": 0, "quality": "normal", "levels": 0, "repeats": True, "lens_radius": 0, "variation": 0}
 
 
 @dataclass(frozen=True)
@@ -96,6 +96,9 @@ EFFECTS: dict[str, tuple[Limit, ...]] = {
         Limit("look", SOLID, "{look} has colours of its own"),
         Limit("color", ("number",), "a map gives colours to the numbers of an attribute, and there are none"),
     ),
+    "material": (*_SHEET, Limit("look", ("hair", *SOLID), "{look} has a material of its own")),
+    "variation": (*_SHEET, Limit("look", ("hair", *SOLID), "{look} has colours of its own")),
+    "ground": (*_LIGHT, Limit("file", SCREEN, "an .exr has no background to cast a shadow on")),
     "background": (*_SHEET, Limit("backdrop", ("seen",), "an .exr has no background")),
     "transparent": (
         *_SHEET,
@@ -164,7 +167,9 @@ def as_flag(name: str, value: object) -> str:
     >>> as_flag("color_map", "magma"), as_flag("transparent", True)
     ('--color-map', '--background transparent')
     """
-    return "--background transparent" if name == "transparent" else f"--{name.replace('_', '-')}"
+    if name == "transparent":
+        return "--background transparent"
+    return "--legend-title" if name == "legend" and isinstance(value, str) else f"--{name.replace('_', '-')}"
 
 
 def _named(look: str | None) -> str:

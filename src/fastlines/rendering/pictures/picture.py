@@ -10,12 +10,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ...arrays import AnyArray, FloatArray
+from ...arrays import AnyArray, FloatArray, choice
 from ...camera import Camera
 from ...support.texts import counted
-from ..color.legend import Legend, draw_legend
+from ..color.legend import CORNERS, Legend, draw_legend, emptiest_corner
 from ..color.tone import bleed, dithered, filmic, srgb, to_bytes
-from .images import check_image_path, write_light, write_picture
+from .images import check_image_path, save_png, write_light, write_picture
+from .notebook import is_in_cell
 from .options import PictureRequest, check_options
 
 
@@ -32,7 +33,7 @@ class Picture:
     backdrop : (height, width, 3) float32
         The light behind.
     samples : int
-        How many samples of each pixel are averaged.
+        How many samples of each pixel are averaged; 0 of a draft.
     shadow : (height, width) float32, optional
         How much darker the backdrop is, from 0 to 1: the shadow on the ground, weighted by what no line covers.
     exposure : float
@@ -45,6 +46,8 @@ class Picture:
         What the colours mean.
     shows_legend : bool
         Whether the legend is drawn.
+    corner : str, optional
+        The corner of the legend; by default where it hides least.
     camera : Camera, optional
         The camera, for picking: `Camera.ray` returns the ray of a pixel, and `Camera.project` the pixel of a point.
     radius : float, optional
@@ -75,6 +78,7 @@ class Picture:
     aovs: dict[str, AnyArray] = field(default_factory=dict)
     legend: Legend | None = None
     shows_legend: bool = False
+    corner: str | None = None
     camera: Camera | None = None
     radius: float | None = None
     look: Any = None
@@ -84,11 +88,14 @@ class Picture:
         height, width = self.alpha.shape
         return f"<Picture: {width} × {height} pixels, {counted(self.samples, 'samples')}>"
 
-    def _repr_png_(self) -> bytes:
-        from PIL import Image
+    def _ipython_display_(self) -> None:
+        """Show nothing if the cell of a notebook shows this picture already; else leave it to `_repr_png_`."""
+        if not is_in_cell(self):
+            raise NotImplementedError
 
+    def _repr_png_(self) -> bytes:
         file = io.BytesIO()
-        Image.fromarray(self.to_bytes()).save(file, "PNG")
+        save_png(file, self.to_bytes())
         return file.getvalue()
 
     def to_bytes(self, transparent: bool = False) -> npt.NDArray[np.uint8]:
@@ -108,13 +115,21 @@ class Picture:
             )
         else:
             pixels = dithered(srgb(own * alpha + (1 - alpha - shadow) * self.backdrop))
-        return draw_legend(pixels, self.legend) if self.shows_legend and self.legend else pixels
+        if not (self.shows_legend and self.legend):
+            return pixels
+        return draw_legend(pixels, self.legend, self.corner or emptiest_corner(self.alpha, self.legend))
 
-    def with_legend(self) -> Picture:
-        """Return the picture with its legend drawn in the lower left corner.
+    def with_legend(self, corner: str | None = None) -> Picture:
+        """Return the picture with its legend drawn.
 
         That is a colour bar for the numbers of an attribute, hits or nodes, and three axes for directions. Other
         pictures have no legend, and stay the same.
+
+        Parameters
+        ----------
+        corner : str, optional
+            "lower left", "lower right", "upper left" or "upper right"; by default the first one that is empty, or else
+            the emptiest.
 
         Examples
         --------
@@ -124,7 +139,7 @@ class Picture:
         >>> picture.with_legend().legend
         ColorBar(title='fa', low=0.5, high=0.5, map='viridis')
         """
-        return replace(self, shows_legend=True)
+        return replace(self, shows_legend=True, corner=None if corner is None else choice("corner", corner, CORNERS))
 
     def save(self, path: str | os.PathLike[str], transparent: bool = False) -> None:
         """Write the picture as a .png for the eye, or its numbers as an .exr.

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ...arrays import FloatArray, check_fields, instance, number
+from ...arrays import FloatArray, check_fields, did_you_mean, instance, number
 from ...camera import Camera, Float64Array, Vector
 from ...errors import InputError
 from ...support.vectors import unit
@@ -157,6 +157,23 @@ SOFT = Rig(
 
 #: The lights of the looks by name: of tubes, of hair, and of fibres.
 RIGS = {"studio": STUDIO, "salon": SALON, "soft": SOFT}
+
+
+def find_rig(rig: object) -> Rig | None:
+    """Return a rig that is given or named; None if there is none.
+
+    Examples
+    --------
+    >>> find_rig("salon") is SALON
+    True
+    """
+    if isinstance(rig, str):
+        if rig not in RIGS:
+            raise InputError(f"there is no rig {rig!r}{did_you_mean(rig, tuple(RIGS))}")
+        return RIGS[rig]
+    if not (rig is None or isinstance(rig, Rig)):
+        raise InputError(f"rig={rig!r}; expected a Rig, or the name of one: {', '.join(RIGS)}")
+    return rig
 
 
 def sphere(first: FloatArray, second: FloatArray) -> FloatArray:
