@@ -7,6 +7,7 @@
 #include "fastlines/shading/cone_fragments.hpp"
 #include "fastlines/shading/density_grid.hpp"
 #include "fastlines/shading/hair_light.hpp"
+#include "fastlines/shading/interpolation.hpp"
 #include "fastlines/shading/smooth_tangents.hpp"
 #include "fastlines/shading/sobol.hpp"
 #include "fastlines/shading/solid_light.hpp"
@@ -40,12 +41,12 @@ SkyLight sky_of(const std::array<float, 12>& numbers) {
 // --- Fragments ---
 
 /// Hits of rays: offsets, the row of each hit's axis, t, u, the distance, and the radius of the line or none.
-using HitArrays5 = std::tuple<Input<std::int64_t>, Input<std::int64_t>, Input<float>, Input<float>, Input<float>,
+using ConeHitArrays = std::tuple<Input<std::int64_t>, Input<std::int64_t>, Input<float>, Input<float>, Input<float>,
                               std::optional<Input<float>>>;
 /// Fragments: their hits, their rays and their weights; and the opacity of each ray.
 using FragmentTuple = std::tuple<Output<std::int64_t>, Output<std::int64_t>, Output<float>, Output<float>>;
 
-FragmentTuple fragments_of(HitArrays5 hit_arrays, Input<float> origins, Input<float> directions, Input<float> axes,
+FragmentTuple fragments_of(ConeHitArrays hit_arrays, Input<float> origins, Input<float> directions, Input<float> axes,
                            std::array<float, 4> settings, Input<float> chances) {
   const auto& [offsets, axis, t, u, distance, own_radius] = hit_arrays;
   const ConeHits hits{rows<std::int64_t>(offsets),
@@ -77,6 +78,15 @@ Output<float> smooth_tangents(Input<float> segments, Input<std::int64_t> strands
   const std::span<Vec3> smooth(reinterpret_cast<Vec3*>(found.data()), prim.size());
   for (std::size_t i = 0; i < prim.size(); ++i)
     smooth[i] = lines.smooth_tangent(std::size_t(prim.data()[i]), u.data()[i], own[i]);
+  return found;
+}
+
+/// numpy.interp of places that rise from 0 to 1, as float32.
+Output<float> interpolated(Input<float> x, Input<double> places, Input<double> values) {
+  auto found = make_array<float>(x.size());
+  const WithoutGil without_gil;
+  const Interpolation function(rows<double>(places), rows<double>(values));
+  for (std::size_t i = 0; i < x.size(); ++i) found.data()[i] = float(function(double(x.data()[i])));
   return found;
 }
 
@@ -116,17 +126,27 @@ std::tuple<Output<float>, Output<float>> density_grid(Input<float> axes, std::op
 std::tuple<Output<float>, Output<float>> mean_crossings(BoxTuple box, Input<float> voxels, Input<float> blocks,
                                                         Input<float> points, Input<float> tangents,
                                                         Input<float> towards, Input<float> moved, float radius,
-                                                        float far) {
+                                                        float far, float end) {
   const std::size_t n_rows = points.shape(0);
   auto all = make_array<float>(n_rows), far_ones = make_array<float>(n_rows);
   const DensityGrid grid(voxel_box(box), tensors_of(voxels), tensors_of(blocks));
   in_groups(n_rows, [&](std::size_t first, int n) {
     const auto found = grid.crossings(vectors(points, first, n), vectors(tangents, first, n),
-                                      vectors(towards, first, n), radius, far, vectors(moved, first, n));
+                                      vectors(towards, first, n), radius, far, end, vectors(moved, first, n));
     store_lanes(found.all, all.data() + first, n);
     store_lanes(found.far, far_ones.data() + first, n);
   });
   return {all, far_ones};
+}
+
+/// The light that passes opaque lines which it crosses so often on average.
+Output<float> attenuated(Input<float> light, Input<float> crossed) {
+  const std::size_t n_rows = crossed.size();
+  auto found = make_array<float>(n_rows, 3);
+  in_groups(n_rows, [&](std::size_t first, int n) {
+    (exp(-load_lanes(crossed.data() + first, n)) * vectors(light, first, n)).store(found.data() + 3 * first, n);
+  });
+  return found;
 }
 
 // --- Light ---
@@ -169,12 +189,12 @@ std::tuple<Output<float>, Output<float>, Output<float>, Output<float>> light_sam
 /// The numbers of a material, and the tables of its far field.
 using HairArrays = std::tuple<HairNumbers, Input<float>, Input<float>>;
 /// Unit axes, and unit directions to the eye.
-using LineArrays = std::tuple<Input<float>, Input<float>>;
+using DirectionArrays = std::tuple<Input<float>, Input<float>>;
 /// Unit directions to a light, its irradiance or that of each direction, and how many hairs it crosses: all, and far.
 using ArrivingArrays = std::tuple<Input<float>, Input<float>, Input<float>, Input<float>>;
 
 /// The light of hairs from one direction each.
-Output<float> light_of_hair(HairArrays hair, LineArrays axes, ArrivingArrays light, bool is_sharp) {
+Output<float> light_of_hair(HairArrays hair, DirectionArrays axes, ArrivingArrays light, bool is_sharp, float density) {
   const auto& [numbers, azimuths, inclinations] = hair;
   const auto& [tangents, to_eye] = axes;
   const auto& [towards, color, crossed, far] = light;
@@ -189,7 +209,7 @@ Output<float> light_of_hair(HairArrays hair, LineArrays axes, ArrivingArrays lig
                      &far = far](std::size_t first, int n) {
     const ArrivingLight arriving{vectors(towards, first, n), is_one ? one_color : vectors(color, first, n),
                                  load_lanes(crossed.data() + first, n), load_lanes(far.data() + first, n)};
-    hair_light(table, vectors(tangents, first, n), vectors(to_eye, first, n), arriving, is_sharp)
+    hair_light(table, vectors(tangents, first, n), vectors(to_eye, first, n), arriving, is_sharp, density)
         .store(found.data() + 3 * first, n);
   });
   return found;
@@ -198,9 +218,9 @@ Output<float> light_of_hair(HairArrays hair, LineArrays axes, ArrivingArrays lig
 /// Directions and what light brings from there if nothing hides it.
 using UnhiddenTuple = std::tuple<Output<float>, Output<float>>;
 
-/// The light of one lamp for each fragment, and that of one direction of the sky. Axes are normals unless lines are
-/// thin.
-std::tuple<UnhiddenTuple, UnhiddenTuple> light_of_solids(LineArrays axes, Input<float> base, bool is_thin,
+/// The light of one lamp for each fragment, and that of one direction of the sky; and three more numbers. Axes are
+/// normals unless lines are thin.
+std::tuple<UnhiddenTuple, UnhiddenTuple, Output<float>> light_of_solids(DirectionArrays axes, Input<float> base, bool is_thin,
                                                          std::array<float, 4> material, Input<float> lamps,
                                                          std::array<float, 12> sky, NumbersTuple numbers) {
   const auto& [along, to_eye] = axes;
@@ -211,6 +231,7 @@ std::tuple<UnhiddenTuple, UnhiddenTuple> light_of_solids(LineArrays axes, Input<
   const SolidMaterial solid{material[0], material[1], material[2], material[3]};
   const auto make = [&] { return UnhiddenTuple{make_array<float>(n_rows, 3), make_array<float>(n_rows, 3)}; };
   UnhiddenTuple of_lamps = make(), from_sky = make();
+  auto more = make_array<float>(n_rows, 3);
   const auto store = [](const UnhiddenLight& found, UnhiddenTuple& to, std::size_t first, int n) {
     found.towards.store(std::get<0>(to).data() + 3 * first, n);
     found.light.store(std::get<1>(to).data() + 3 * first, n);
@@ -222,8 +243,9 @@ std::tuple<UnhiddenTuple, UnhiddenTuple> light_of_solids(LineArrays axes, Input<
     const auto number = [&](int next) { return uniforms(index, own, dimension + next); };
     store(one_lamp(points, solid, each_lamp, number(0), number(1), number(2)), of_lamps, first, n);
     store(of_sky(points, of_all_sky, number(4), number(5)), from_sky, first, n);
+    if (is_thin) Vec3Lanes{number(6), number(7), number(8)}.store(more.data() + 3 * first, n);
   });
-  return {of_lamps, from_sky};
+  return {of_lamps, from_sky, more};
 }
 
 }  // namespace
@@ -233,13 +255,15 @@ void bind_looks(nb::module_& m) {
         "axes"_a.noconvert(), "settings"_a, "chances"_a.noconvert());
   m.def("smooth_tangents", &smooth_tangents, "segments"_a.noconvert(), "strands"_a.noconvert(), "prim"_a.noconvert(),
         "u"_a.noconvert(), "tangents"_a.noconvert());
+  m.def("interpolated", &interpolated, "x"_a.noconvert(), "places"_a.noconvert(), "values"_a.noconvert());
   m.def("density_grid", &density_grid, "axes"_a.noconvert(), "end_radii"_a.none(), "radius"_a, "box"_a, "n_threads"_a,
         "progress"_a.none());
   m.def("mean_crossings", &mean_crossings, "box"_a, "voxels"_a.noconvert(), "blocks"_a.noconvert(),
         "points"_a.noconvert(), "tangents"_a.noconvert(), "towards"_a.noconvert(), "moved"_a.noconvert(), "radius"_a,
-        "far"_a);
+        "far"_a, "end"_a);
+  m.def("attenuated", &attenuated, "light"_a.noconvert(), "crossed"_a.noconvert());
   m.def("light_samples", &light_samples, "lamps"_a.noconvert(), "sky"_a, "numbers"_a);
-  m.def("light_of_hair", &light_of_hair, "hair"_a, "axes"_a, "light"_a, "is_sharp"_a);
+  m.def("light_of_hair", &light_of_hair, "hair"_a, "axes"_a, "light"_a, "is_sharp"_a, "density"_a);
   m.def("light_of_solids", &light_of_solids, "axes"_a, "base"_a.noconvert(), "is_thin"_a, "material"_a,
         "lamps"_a.noconvert(), "sky"_a, "numbers"_a);
 }

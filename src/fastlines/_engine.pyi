@@ -433,6 +433,9 @@ def smooth_tangents(
     u: NDArray[numpy.float32],
     tangents: NDArray[numpy.float32],
 ) -> NDArray[numpy.float32]: ...
+def interpolated(
+    x: NDArray[numpy.float32], places: NDArray[numpy.float64], values: NDArray[numpy.float64]
+) -> NDArray[numpy.float32]: ...
 def density_grid(
     axes: NDArray[numpy.float32],
     end_radii: NDArray[numpy.float32] | None,
@@ -451,7 +454,9 @@ def mean_crossings(
     moved: NDArray[numpy.float32],
     radius: float,
     far: float,
+    end: float,
 ) -> tuple[NDArray[numpy.float32], NDArray[numpy.float32]]: ...
+def attenuated(light: NDArray[numpy.float32], crossed: NDArray[numpy.float32]) -> NDArray[numpy.float32]: ...
 def light_samples(
     lamps: NDArray[numpy.float32], sky: Sequence[float], numbers: tuple[int, NDArray[numpy.uint32], int]
 ) -> tuple[NDArray[numpy.float32], NDArray[numpy.float32], NDArray[numpy.float32], NDArray[numpy.float32]]: ...
@@ -460,6 +465,7 @@ def light_of_hair(
     axes: tuple[NDArray[numpy.float32], NDArray[numpy.float32]],
     light: tuple[NDArray[numpy.float32], NDArray[numpy.float32], NDArray[numpy.float32], NDArray[numpy.float32]],
     is_sharp: bool,
+    density: float,
 ) -> NDArray[numpy.float32]: ...
 def light_of_solids(
     axes: tuple[NDArray[numpy.float32], NDArray[numpy.float32]],
@@ -470,5 +476,7 @@ def light_of_solids(
     sky: Sequence[float],
     numbers: tuple[int, NDArray[numpy.uint32], int],
 ) -> tuple[
-    tuple[NDArray[numpy.float32], NDArray[numpy.float32]], tuple[NDArray[numpy.float32], NDArray[numpy.float32]]
+    tuple[NDArray[numpy.float32], NDArray[numpy.float32]],
+    tuple[NDArray[numpy.float32], NDArray[numpy.float32]],
+    NDArray[numpy.float32],
 ]: ...

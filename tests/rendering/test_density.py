@@ -68,7 +68,7 @@ def test_a_line_does_not_hide_itself(line, radius):
     tangents = np.broadcast_to(np.float32((ends[1] - ends[0]) / np.linalg.norm(ends[1] - ends[0])), (200, 3)).copy()
     found, _ = crossings(DensityGrid.of(lines, radius * size), points, tangents, directions(200))
     assert np.abs(found).mean() < 0.5 * radius * LONGEST
-    assert abs(found.mean()) < 0.25 * radius * LONGEST
+    assert abs(found.mean()) < 0.4 * radius * LONGEST
 
 
 def test_lines_in_a_plane_do_not_hide_each_other_from_above():

@@ -48,8 +48,8 @@ class DensityGrid {
               voxels[voxel++] * (1.0f / float(kBlock * kBlock * kBlock));
   }
 
-  /// The mean number of lines that light crosses on its way to a point of a line, and of these those that are farther
-  /// than `far`.
+  /// The mean number of lines that light crosses on its way to a point of a line, up to the distance `end`, and of these
+  /// those that are farther than `far`.
   struct Crossings {
     FloatLanes all, far;
   };
@@ -57,14 +57,14 @@ class DensityGrid {
   /// `towards` and `tangents` are unit vectors, and the lines have the radius. Numbers in [0, 1) move the points within
   /// the width of a voxel, so that the borders of voxels are not seen.
   Crossings crossings(const Vec3Lanes& points, const Vec3Lanes& tangents, const Vec3Lanes& towards, float radius,
-                      float far, const Vec3Lanes& moved) const {
+                      float far, float end, const Vec3Lanes& moved) const {
     const float unit = box_.longest_side(), start = 2.0f * radius;  // beyond the line itself
-    const float switched = std::max(start, std::min(far, kNear * unit)), end = std::max(switched, far);
+    const float switched = std::max(start, std::min(far, kNear * unit)), behind = std::max(switched, far);
     const Vec3Lanes from{points.x + (moved.x - 0.5f) * box_.voxel[0], points.y + (moved.y - 0.5f) * box_.voxel[1],
                          points.z + (moved.z - 0.5f) * box_.voxel[2]};
     const FloatLanes near = march(box_, voxels_, from, towards, start, switched, unit) +
-                            march(blocks_box_, blocks_, from, towards, switched, end, unit * float(kBlock));
-    const FloatLanes beyond = march(blocks_box_, blocks_, from, towards, end, kInfinity, unit * float(kBlock));
+                            march(blocks_box_, blocks_, from, towards, switched, behind, unit * float(kBlock));
+    const FloatLanes beyond = march(blocks_box_, blocks_, from, towards, behind, end, unit * float(kBlock));
     return {(near + beyond) * (1.0f / unit) - own_share(tangents, towards, radius, start), beyond * (1.0f / unit)};
   }
 
@@ -122,12 +122,14 @@ class DensityGrid {
   /// How often the march meets the line itself on average: half of a straight line, smeared over a voxel.
   FloatLanes own_share(const Vec3Lanes& tangents, const Vec3Lanes& towards, float radius, float start) const {
     const FloatLanes cosine = dot(tangents, towards), sine = sqrt(max(1.0f - cosine * cosine, FloatLanes(0.0f)));
-    // The widths of a voxel across the plane of both directions, and across the line within it.
-    const Vec3Lanes voxel = Vec3Lanes::of({box_.voxel[0], box_.voxel[1], box_.voxel[2]});
-    const Vec3Lanes normal = voxel * unit(cross(tangents, towards)), off = voxel * unit(towards - cosine * tangents);
-    const FloatLanes across = sqrt(dot(normal, normal)), beside = sqrt(dot(off, off)), zero = 0.0f;
-    const FloatLanes within = max(1.0f - start * sine / beside, zero);
-    return select(sine > 1e-3f, radius / across * within * within, zero);
+    // Take the width of a voxel across the plane of both directions, and how much of it lies beyond the start.
+    const float* const side = box_.voxel.data();
+    const Vec3Lanes normal = Vec3Lanes{side[0], side[1], side[2]} * unit(cross(tangents, towards));
+    const Vec3Lanes off = start * (towards - cosine * tangents);
+    const FloatLanes zero = 0.0f, width = sqrt(dot(normal, normal));
+    const auto left = [&](const FloatLanes& x, int k) { return max(1.0f - abs(x) * (1.0f / side[k]), zero); };
+    const FloatLanes within = left(off.x, 0) * left(off.y, 1) * left(off.z, 2);
+    return select(sine > 1e-3f, radius / width * within * within, zero);
   }
 
   VoxelBox box_, blocks_box_;

@@ -13,13 +13,10 @@ struct ArrivingLight {
   FloatLanes crossed, far;   ///< how many hairs it crosses on average, and of these the ones that are far away
 };
 
-/// How much of the light is sent on by hairs around that miss it, or let it pass (Zinke et al., §4.1).
-inline constexpr float kDensity = 0.7f;
-
 /// The light that goes to the eye. Without sharp lobes, what a hair scatters once is spread evenly over the half space
-/// before it and the one behind.
+/// before it and the one behind. `density` is the share of what the hairs around scatter back that arrives.
 inline Vec3Lanes hair_light(const HairTable& hair, const Vec3Lanes& tangents, const Vec3Lanes& to_eye,
-                            const ArrivingLight& light, bool is_sharp) {
+                            const ArrivingLight& light, bool is_sharp, float density) {
   const Across in(tangents, light.towards), out(tangents, to_eye);
   const FloatLanes cos_phi = clamp(dot(in.across, out.across), -1.0f, 1.0f);
   const Vec3Lanes forward = hair.forward(in.sine), back = hair.backward(in.sine);
@@ -30,9 +27,9 @@ inline Vec3Lanes hair_light(const HairTable& hair, const Vec3Lanes& tangents, co
   const FloatLanes reaches = exp(-light.far);
   const auto channel = [&](const FloatLanes& f, const FloatLanes& b, const FloatLanes& single) {
     const FloatLanes passed = exp(light.crossed * (f - 1.0f)) * reaches;
-    const FloatLanes twice = f * f, lost = 1.0f - twice, bounced = b / max(lost, FloatLanes(0.2f));
-    const FloatLanes around = b * twice / max(lost, FloatLanes(0.05f)) * (1.0f + bounced * bounced);
-    return passed * (single + kDensity * around * before);
+    const FloatLanes sum = 1.0f + b * b - f * f, zero = 0.0f;
+    const FloatLanes pile = 2.0f * b / (sum + sqrt(max(sum * sum - 4.0f * (b * b), zero)));
+    return passed * (single + density * max(pile - b, zero) * before);
   };
   return light.color * Vec3Lanes{channel(forward.x, back.x, once.x), channel(forward.y, back.y, once.y),
                                  channel(forward.z, back.z, once.z)};

@@ -1,8 +1,13 @@
 """Hair: the far field of Chiang et al. (2016), with light that has passed through other hairs.
 
-Light that crosses n hairs on its way is weakened to a_f^n, and by a_f's colour it is tinted. Here a_f is the fraction
-that a hair scatters forwards. Light that comes back from the hairs around is spread evenly. This is the dual scattering
-of Zinke et al. (2008), with one count of hairs in the place of its two passes.
+Light that crosses n hairs on average is weakened to exp(−n (1 − a_f)), and by a_f's colour it is tinted. Here a_f is the
+fraction that a hair scatters forwards, and a_b the one that it scatters back. So the number of hairs is that of
+independent ones. It is found from the density of lines (`DensityGrid`). This is the dual scattering of Zinke et al.
+(2008), with one number of hairs in the place of its two passes.
+
+The hairs around scatter back what a pile of plates does (Stokes 1862), less what one hair does, spread evenly:
+
+    R = a_b + a_f² R / (1 − a_b R)
 """
 
 from __future__ import annotations
@@ -24,7 +29,7 @@ from .variation import shade_of_strands
 
 #: Light from hairs that are farther than this fraction of the size of the scene has passed a head or a body.
 FAR = 0.1
-#: The fraction of light that misses the hairs around, or that they let pass; figures of Zinke et al., §4.1.
+#: The fraction of what the hairs around scatter back that arrives (Zinke et al., §4.1).
 DENSITY = 0.7
 
 
@@ -84,6 +89,5 @@ class Hair:
         crossed = context.mean_crossings(fragments.points, tangents, towards, moved, FAR * context.size)
         hair = self._averaged
         light = towards, color, *crossed
-        return engine.light_of_hair(
-            (hair.material.numbers, *hair.tables), (tangents, fragments.to_eye), light, is_sharp
-        )
+        arrays = (hair.material.numbers, *hair.tables), (tangents, fragments.to_eye), light
+        return engine.light_of_hair(*arrays, is_sharp, DENSITY)

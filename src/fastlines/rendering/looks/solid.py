@@ -24,7 +24,7 @@ from .surface_material import SATIN, SurfaceMaterial
 #: Occlusion counts up to this fraction of the size of the scene.
 NEAR = 0.06
 #: How many random numbers a fragment takes.
-N_NUMBERS = 6
+N_NUMBERS = 10
 #: How much the farthest lines fade at most before a backdrop that is lighter than this.
 SLIGHT_HAZE, LIGHT = 0.15, 0.2
 
@@ -70,13 +70,12 @@ class Solid:
         constants = 1 - material.metallic, material.exponent, *material.shine
         lamps, sky = rig.rows(context.camera), rig.sky.row(context.up).tolist()
         numbers = sampler.index, sampler.seeds, sampler.dimension
-        lit, ambient = engine.light_of_solids((axes, fragments.to_eye), base, thin, constants, lamps, sky, numbers)
+        lit, ambient, moved = engine.light_of_solids(
+            (axes, fragments.to_eye), base, thin, constants, lamps, sky, numbers
+        )
         sampler.dimension += N_NUMBERS
-        light = np.zeros((len(fragments), 3), np.float32)
-        for (towards, brought), distance in ((lit, np.inf), (ambient, NEAR * context.size)):
-            rows = np.flatnonzero(brought.any(axis=1))
-            rows = rows[context.unoccluded(fragments.points[rows], towards[rows], distance)]
-            light[rows] += brought[rows]
+        near = NEAR * context.size
+        light = _arriving(fragments, context, moved, *lit) + _arriving(fragments, context, moved, *ambient, near)
         return self._hazed(light, fragments, context)
 
     def _hazed(self, light: FloatArray, fragments: Fragments, context: ShadingContext) -> FloatArray:
@@ -88,3 +87,23 @@ class Solid:
         fade = np.asarray(self.haze * place, np.float32)[:, None]
         behind = self.backdrop.light(1, 1)[0]
         return np.asarray(light + fade * (behind - light), np.float32)
+
+
+def _arriving(
+    fragments: Fragments,
+    context: ShadingContext,
+    moved: FloatArray,
+    towards: FloatArray,
+    light: FloatArray,
+    distance: float = np.inf,
+) -> FloatArray:
+    """Return the light from some directions that nothing hides up to a distance; thin lines hide a part of it."""
+    if fragments.normals is None and context.density is not None:
+        places = fragments.points, fragments.smooth_tangents
+        crossed, _ = context.density.crossings(*places, towards, moved, distance, distance)
+        return engine.attenuated(light, crossed)
+    rows = np.flatnonzero(light.any(axis=1))
+    rows = rows[context.unoccluded(fragments.points[rows], towards[rows], distance)]
+    arriving = np.zeros_like(light)
+    arriving[rows] = light[rows]
+    return arriving

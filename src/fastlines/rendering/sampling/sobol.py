@@ -77,8 +77,7 @@ def filter_offset(uniform: FloatArray) -> FloatArray:
     >>> filter_offset(np.array([0.0, 0.5, 1.0])).round(3).tolist()
     [-1.5, 0.0, 1.5]
     """
-    integral, places = _filter_integral()
-    return np.asarray(np.interp(uniform, integral, places), np.float32)
+    return engine.interpolated(np.ascontiguousarray(uniform, np.float32), *_filter_integral())
 
 
 def points_in_pixels(index: int | None, pixels: IntArray, width: int) -> tuple[AnyArray, AnyArray]:

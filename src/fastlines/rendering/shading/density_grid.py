@@ -75,7 +75,13 @@ class DensityGrid:
         return cls(*box, tensors, radius + float(radii.mean(dtype=np.float64)) if len(radii) else radius)
 
     def crossings(
-        self, points: FloatArray, tangents: FloatArray, towards: FloatArray, moved: FloatArray, far: float
+        self,
+        points: FloatArray,
+        tangents: FloatArray,
+        towards: FloatArray,
+        moved: FloatArray,
+        far: float,
+        end: float = np.inf,
     ) -> tuple[FloatArray, FloatArray]:
         """Return the mean number of lines that light crosses on its way to points of lines.
 
@@ -86,12 +92,13 @@ class DensityGrid:
             count.
         moved : (n, 3) float32
             Uniform random numbers. They move the points within the width of a voxel, so that its border is not seen.
-        far : float
+        far, end : float
+            Two distances; `end` is not below `far`.
 
         Returns
         -------
         all, far : (n,) float32
-            All lines, and those beyond the distance `far`.
+            All lines up to the distance `end`, and those of them that are beyond `far`.
         """
         box = self.corners, self.counts
-        return engine.mean_crossings(box, *self.tensors, points, tangents, towards, moved, self.radius, far)
+        return engine.mean_crossings(box, *self.tensors, points, tangents, towards, moved, self.radius, far, end)

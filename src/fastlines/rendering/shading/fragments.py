@@ -17,6 +17,7 @@ import numpy as np
 
 from ...arrays import FloatArray, IntArray
 from ...engines import engine
+from ...query.hit_geometry import OUTSIDE
 from ...query.hit_lists import offsets_of
 from ...query.hits import AllHits, FirstHits
 from ...support.computed_once import computed_once
@@ -53,6 +54,8 @@ class Fragments:
         The fraction of each ray that lines cover.
     normals : (n, 3) float32 or None
         Outwards, at a surface; None for cones.
+    axes : (n, 3) float32, optional
+        The tangents, if they are known.
     """
 
     hits: AllHits
@@ -62,6 +65,7 @@ class Fragments:
     points: FloatArray
     opacity: FloatArray
     normals: FloatArray | None = None
+    axes: FloatArray | None = None
 
     def __len__(self) -> int:
         return len(self.ray)
@@ -69,7 +73,7 @@ class Fragments:
     @computed_once
     def tangents(self) -> FloatArray:
         """The unit direction of the line of each fragment, (n, 3); zero where there is none."""
-        return np.nan_to_num(self.hits.tangents()).astype(np.float32, "C")
+        return np.nan_to_num(self.hits.tangents()).astype(np.float32, "C") if self.axes is None else self.axes
 
     @computed_once
     def smooth_tangents(self) -> FloatArray:
@@ -116,15 +120,18 @@ class Surfaces:
 
     def __init__(self, tree: Tree, radius: float) -> None:
         self.tree, self.radius = tree, radius
+        bounds = np.asarray(tree.geometry.bounds, np.float64)
+        size = float(np.ptp(bounds, axis=0).max() + np.abs(bounds).max()) if len(tree.geometry) else 0.0
+        self._lift = OUTSIDE * (size + radius + tree.geometry.max_radius)
 
     def find(self, origins: FloatArray, directions: FloatArray, offsets: FloatArray | float) -> Fragments:
         """Return the fragments that rays with unit directions see: one for each ray that hits."""
         hits = self.tree.first_hit(origins, directions, self.radius, at="surface")
         ray = np.flatnonzero(hits.hit)
-        found = some_hits(hits, ray, ray)
-        points, normals = found.points(outside=True).astype(np.float32, "C"), found.normals().astype(np.float32, "C")
+        frames = hits.frames(lift=self._lift)
         ones, opacity = np.ones(len(ray), np.float32), hits.hit.astype(np.float32)
-        return Fragments(found, ray, ones, -directions[ray], points, opacity, normals)
+        surface = frames.to_eye, frames.points, opacity, frames.normals, frames.tangents
+        return Fragments(some_hits(hits, ray, ray), ray, ones, *surface)
 
 
 def some_hits(hits: AllHits | FirstHits, rows: IntArray, ray: IntArray) -> AllHits:
