@@ -52,7 +52,7 @@ SMOOTH = 0.8
 
 PAPER = Backdrop("#eeeef0", "#c6c6cb")
 #: Darker than lit hair, so that gaps between hairs look deep, and light from behind draws the outline.
-SLATE = Backdrop("#6a6d75", "#232428")
+SLATE = Backdrop("#5a5d65", "#212226")
 NIGHT = Backdrop("#16181d", "#08080a")
 #: The attribute of the number of a residue of a molecule.
 RESIDUE = "residue"
