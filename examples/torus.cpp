@@ -109,17 +109,17 @@ inline ClosestApproach<FloatX16> meet_tori(const FloatX16 (&x)[17], FloatX16& t_
 /// The test of one ray and one torus, or of 16 of either.
 template <class N>
 struct TorusTest {
-  N t_out;
+  N t_min, t_out;
   ClosestApproach<N> closest;
 
   template <class R, class V>
-  TorusTest(const R& ray, const V& fields) {
+  TorusTest(const R& ray, const V& fields) : t_min(ray.t_min) {
     N x[17];
     for (int k = 0; k < 3; ++k) {
       x[k] = ray.o[k];
       x[3 + k] = ray.r[k];
     }
-    x[6] = ray.t_min;
+    x[6] = t_min;
     x[7] = ray.t_max;
     x[8] = fastlines::sqrt(N(ray.radius2));
     for (int k = 0; k < 8; ++k) x[9 + k] = fields[k];
@@ -128,6 +128,7 @@ struct TorusTest {
 
   ClosestApproach<N> entry() const { return closest; }
   N exit() const { return t_out; }
+  fastlines::MaskOf<N> enters(const ClosestApproach<N>& entry) const { return t_min < entry.t; }
 };
 
 /// Tori as a set of primitives, for builders and for the fast path.
@@ -223,7 +224,7 @@ int main() {
   int n_equal = 0;
   for (const Kernel kernel : {Kernel::automatic, Kernel::single, Kernel::wave, Kernel::bundle}) {
     Found found(rays.size());
-    run_batch(view, rays, kernel, FirstHitQuery<Tori, At::surface>{view, found.columns()}, 1, progress);
+    run_batch(view, rays, kernel, FirstHitQuery<Tori, SurfaceAt>{view, found.columns()}, 1, progress);
     n_equal += found == expected;
   }
   std::printf("%d of %d rays hit one of %d tori, and %d kernels agree with brute force\n", int(n_hits), side * side,

@@ -15,7 +15,7 @@ import pytest
 
 import fastlines as fl
 from fastlines.geometry import kinds
-from fastlines.geometry.hit_places import HitPlaces
+from fastlines.geometry.hit_places import HitPlaces, HitRays
 from fastlines.io.source import Source
 from fastlines.structure.geometry_file import from_sections, to_sections
 
@@ -119,8 +119,8 @@ def test_tori(module: Any, monkeypatch: pytest.MonkeyPatch) -> None:
         tori_of(rows[:, :7])
 
     # A ray from above hits the top of the tube.
-    rays = np.array([[2.0, 0, 9]]), np.array([[0.0, 0, -1]])
-    hits = HitPlaces(np.zeros(1, int), np.zeros(1), np.array([8.5]), *rays, np.zeros(1), np.ones(1, bool))
+    rays = HitRays(np.array([[2.0, 0, 9]]), np.array([[0.0, 0, -1]]), np.zeros(1), np.zeros(1), np.full(1, np.inf))
+    hits = HitPlaces(np.zeros(1, int), np.zeros(1), np.array([8.5]), rays)
     np.testing.assert_allclose(tori.normals_at(hits), [[0, 0, 1]])
     assert np.isnan(tori.tangents_at(hits)).all()
 

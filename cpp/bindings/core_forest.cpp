@@ -115,8 +115,8 @@ class Walk {
 
 class FirstHitWalk : public Walk {
  public:
-  FirstHitWalk(RayArrays rays, RayRoutes& routes, bool surface, unsigned n_threads)
-      : Walk(std::move(rays), routes, n_threads), hits_(n_rays(), surface), first_(hits_.columns()) {
+  FirstHitWalk(RayArrays rays, RayRoutes& routes, bool with_t_out, unsigned n_threads)
+      : Walk(std::move(rays), routes, n_threads), hits_(n_rays(), with_t_out), first_(hits_.columns()) {
     for (std::size_t i = 0; i < n_rays(); ++i) first_.set(i, Hit{});
   }
 
@@ -159,8 +159,8 @@ class AnyHitWalk : public Walk {
 
 class NextHitWalk : public Walk {
  public:
-  NextHitWalk(RayArrays rays, RayRoutes& routes, std::size_t k, bool surface, unsigned n_threads)
-      : Walk(std::move(rays), routes, n_threads), surface_(surface), next_([&] {
+  NextHitWalk(RayArrays rays, RayRoutes& routes, std::size_t k, bool with_t_out, unsigned n_threads)
+      : Walk(std::move(rays), routes, n_threads), with_t_out_(with_t_out), next_([&] {
           const WithoutGil without_gil;
           return NextHits(n_rays(), k);
         }()) {}
@@ -180,7 +180,7 @@ class NextHitWalk : public Walk {
   ListTuple lists() const {
     LargeVector<std::int64_t> offsets(n_rays() + 1);
     for (std::size_t i = 0; i < n_rays(); ++i) offsets[i + 1] = offsets[i] + std::int64_t(next_.of(i).size());
-    HitArrays hits(std::size_t(offsets.back()), surface_);
+    HitArrays hits(std::size_t(offsets.back()), with_t_out_);
     {
       const WithoutGil without_gil;
       const HitColumns to = hits.columns();
@@ -191,7 +191,7 @@ class NextHitWalk : public Walk {
   }
 
  private:
-  bool surface_;
+  bool with_t_out_;
   NextHits next_;
 };
 
@@ -224,14 +224,14 @@ class Visit {
   }
 
   /// The merged lists: all hits, or the best k.
-  ListTuple merge(bool surface, std::optional<std::uint64_t> k, bool by_distance, nb::object progress) const {
+  ListTuple merge(bool with_t_out, std::optional<std::uint64_t> k, bool by_distance, nb::object progress) const {
     const ListMerge merge(visits_, lists_, by_distance ? Keep::nearest : Keep::first, k.value_or(~0ull));
     LargeVector<std::int64_t> offsets;
     {
       const WithoutGil without_gil;
       offsets = merge.offsets(n_threads_);
     }
-    HitArrays hits(std::size_t(offsets.back()), surface);
+    HitArrays hits(std::size_t(offsets.back()), with_t_out);
     watch_if(may_be_long(rays_.size(), lists_.size()), progress,
              [&](Progress& watched) { merge.write(offsets, hits.columns(), n_threads_, watched); });
     return {adopt<std::int64_t>(std::move(offsets)), hits.tuple()};
@@ -250,7 +250,7 @@ class Visit {
 void bind_forest(nb::module_& m) {
   nb::class_<Walk>(m, "Walk").def("next_tile", &Walk::next_tile, "is_open"_a).def("n_waiting", &Walk::n_waiting);
   nb::class_<FirstHitWalk, Walk>(m, "FirstHitWalk")
-      .def(nb::init<RayArrays, RayRoutes&, bool, unsigned>(), "rays"_a, "routes"_a, "surface"_a, "n_threads"_a)
+      .def(nb::init<RayArrays, RayRoutes&, bool, unsigned>(), "rays"_a, "routes"_a, "with_t_out"_a, "n_threads"_a)
       .def("take", &FirstHitWalk::take, "tile"_a)
       .def("give", &FirstHitWalk::give, "found"_a, "ids"_a.none())
       .def("hits", &FirstHitWalk::hits);
@@ -260,7 +260,7 @@ void bind_forest(nb::module_& m) {
       .def("give", &AnyHitWalk::give, "found"_a)
       .def("found", &AnyHitWalk::found);
   nb::class_<NextHitWalk, Walk>(m, "NextHitWalk")
-      .def(nb::init<RayArrays, RayRoutes&, std::size_t, bool, unsigned>(), "rays"_a, "routes"_a, "k"_a, "surface"_a,
+      .def(nb::init<RayArrays, RayRoutes&, std::size_t, bool, unsigned>(), "rays"_a, "routes"_a, "k"_a, "with_t_out"_a,
            "n_threads"_a)
       .def("take", &NextHitWalk::take, "tile"_a)
       .def("give", &NextHitWalk::give, "found"_a, "ids"_a.none())
@@ -271,7 +271,7 @@ void bind_forest(nb::module_& m) {
       .def("take", &Visit::take, "tile"_a)
       .def("add_counts", &Visit::add_counts, "tile"_a, "found"_a, "counts"_a)
       .def("add_lists", &Visit::add_lists, "tile"_a, "found"_a)
-      .def("merge", &Visit::merge, "surface"_a, "k"_a.none(), "by_distance"_a, "progress"_a.none());
+      .def("merge", &Visit::merge, "with_t_out"_a, "k"_a.none(), "by_distance"_a, "progress"_a.none());
 }
 
 }  // namespace fastlines

@@ -1,6 +1,5 @@
 // Queries on the binary tree, by its boxes or its planes, and by brute force; and crossings, from what any query finds.
 #include <nanobind/stl/optional.h>
-#include <nanobind/stl/string.h>
 
 #include <variant>
 
@@ -96,39 +95,45 @@ class BinaryView {
 
 std::size_t n_rays(const RayArrays& rays) { return batch_of(rays).size(); }
 
-HitTuple first(const BinaryView& tree, RayArrays rays, bool surface, unsigned n_threads, nb::object progress) {
-  HitArrays hits(n_rays(rays), surface);
+HitTuple first(const BinaryView& tree, RayArrays rays, const std::string& at_name, unsigned n_threads,
+               nb::object progress) {
+  const At at = at_of(at_name);
+  HitArrays hits(n_rays(rays), has_exit(at));
   tree.with_search(n_rays(rays), progress, [&](const auto& search, Progress& watched) {
-    first_hits(search, batch_of(rays), surface ? At::surface : At::closest, n_threads, watched,
+    first_hits(search, batch_of(rays), at, n_threads, watched,
                [&](std::size_t i, const Hit& hit) { hits.columns().set(i, hit); });
   });
   return hits.tuple();
 }
 
-Output<bool> any_of(const BinaryView& tree, RayArrays rays, unsigned n_threads, nb::object progress) {
+Output<bool> any_of(const BinaryView& tree, RayArrays rays, const std::string& at_name, unsigned n_threads,
+                    nb::object progress) {
+  const At at = at_of(at_name);
   auto found = make_array<bool>(n_rays(rays));
   tree.with_search(n_rays(rays), progress, [&](const auto& search, Progress& watched) {
-    any_hits(search, batch_of(rays), n_threads, watched, {found.data(), n_rays(rays)});
+    any_hits(search, batch_of(rays), at, n_threads, watched, {found.data(), n_rays(rays)});
   });
   return found;
 }
 
-Output<std::int64_t> count(const BinaryView& tree, RayArrays rays, unsigned n_threads, nb::object progress) {
+Output<std::int64_t> count(const BinaryView& tree, RayArrays rays, const std::string& at_name, unsigned n_threads,
+                           nb::object progress) {
+  const At at = at_of(at_name);
   auto counts = make_array<std::int64_t>(n_rays(rays));
   tree.with_search(n_rays(rays), progress, [&](const auto& search, Progress& watched) {
-    count_hits(search, batch_of(rays), n_threads, watched, {counts.data(), n_rays(rays)});
+    count_hits(search, batch_of(rays), at, n_threads, watched, {counts.data(), n_rays(rays)});
   });
   return counts;
 }
 
 /// All hits of each ray, or its first k by t if k is given, or the k nearest to it with `by_distance`.
-ListTuple list(const BinaryView& tree, RayArrays rays, bool surface, std::optional<std::size_t> k, bool by_distance,
-               unsigned n_threads, nb::object progress) {
+ListTuple list(const BinaryView& tree, RayArrays rays, const std::string& at_name, std::optional<std::size_t> k,
+               bool by_distance, unsigned n_threads, nb::object progress) {
   std::optional<HitAssembler> lists;
-  const At at = surface ? At::surface : At::closest;
+  const At at = at_of(at_name);
   const Keep keep = !k ? Keep::all : by_distance ? Keep::nearest : Keep::first;
   tree.with_search(n_rays(rays), progress, [&](const auto& search, Progress& watched) {
-    lists.emplace(n_rays(rays), surface);
+    lists.emplace(n_rays(rays), has_exit(at));
     list_hits(search, batch_of(rays), n_threads, watched, *lists, at, keep, k.value_or(~0ull));
   });
   return arrays_of(*lists);
@@ -153,18 +158,18 @@ void with_points(const BinaryView& tree, auto&& use) {
 /// primitive of each piece; without it each is one. Unless `is_complete`, a ray may hit more pieces of the same.
 template <class View>
 ListTuple crossings(const View& view, RayArrays rays, Input<std::int64_t> offsets, Input<std::int64_t> pieces,
-                    std::optional<Input<std::int64_t>> owner, bool is_complete, bool surface,
+                    std::optional<Input<std::int64_t>> owner, bool is_complete, const std::string& at_name,
                     std::optional<std::size_t> k, bool by_distance, unsigned n_threads, nb::object progress) {
+  const At at = at_of(at_name);
   const auto owners = owner ? rows<std::int64_t>(*owner) : std::span<const std::int64_t>();
   const PieceLists lists{rows<std::int64_t>(offsets), rows<std::int64_t>(pieces), owners, is_complete};
   const RayBatch batch = batch_of(rays);
   const Keep keep = by_distance ? Keep::nearest : Keep::first;
   const bool is_long = may_be_long(batch.size(), lists.pieces.size());
-  HitAssembler to(batch.size(), surface);
+  HitAssembler to(batch.size(), has_exit(at));
   use_prims(view, [&](const auto& prims, const Frame& frame) {
     watch_if(is_long, progress, [&](Progress& watched) {
-      list_crossings(prims, frame, batch, lists, is_long ? n_threads : 1, watched, to,
-                     surface ? At::surface : At::closest, keep, k.value_or(~0ull));
+      list_crossings(prims, frame, batch, lists, is_long ? n_threads : 1, watched, to, at, keep, k.value_or(~0ull));
     });
   });
   return arrays_of(to);
@@ -173,7 +178,7 @@ ListTuple crossings(const View& view, RayArrays rays, Input<std::int64_t> offset
 template <class View>
 void bind_crossings(nb::module_& m) {
   m.def("crossings", &crossings<View>, "view"_a, "rays"_a, "offsets"_a, "pieces"_a, "owner"_a.none(), "is_complete"_a,
-        "surface"_a, "k"_a.none(), "by_distance"_a, "n_threads"_a, "progress"_a.none());
+        "at"_a, "k"_a.none(), "by_distance"_a, "n_threads"_a, "progress"_a.none());
 }
 
 }  // namespace
@@ -185,10 +190,10 @@ void bind_binary_queries(nb::module_& m) {
       .def_static("of_planes", &BinaryView::of_planes, "kind"_a, "data"_a.noconvert(), "nodes"_a.noconvert(),
                   "refs"_a.noconvert(), "depth"_a, "corners"_a, "frame_corners"_a)
       .def_static("of_primitives", &BinaryView::of_primitives, "kind"_a, "data"_a.noconvert(), "all"_a.noconvert());
-  m.def("first_hit", &first, "tree"_a, "rays"_a, "surface"_a, "n_threads"_a, "progress"_a.none());
-  m.def("any_hit", &any_of, "tree"_a, "rays"_a, "n_threads"_a, "progress"_a.none());
-  m.def("count_hits", &count, "tree"_a, "rays"_a, "n_threads"_a, "progress"_a.none());
-  m.def("list_hits", &list, "tree"_a, "rays"_a, "surface"_a, "k"_a.none(), "by_distance"_a, "n_threads"_a,
+  m.def("first_hit", &first, "tree"_a, "rays"_a, "at"_a, "n_threads"_a, "progress"_a.none());
+  m.def("any_hit", &any_of, "tree"_a, "rays"_a, "at"_a, "n_threads"_a, "progress"_a.none());
+  m.def("count_hits", &count, "tree"_a, "rays"_a, "at"_a, "n_threads"_a, "progress"_a.none());
+  m.def("list_hits", &list, "tree"_a, "rays"_a, "at"_a, "k"_a.none(), "by_distance"_a, "n_threads"_a,
         "progress"_a.none());
   bind_points<BinaryView>(m);
   bind_crossings<BinaryView>(m);

@@ -16,6 +16,7 @@ void bind_engine(nanobind::module_& m) {
   bind_pairs(m);
   bind_in_box(m);
   bind_routes(m);
+  bind_frames(m);
   bind_hair(m);
   bind_paths(m);
   bind_looks(m);

@@ -14,6 +14,7 @@ void bind_points(nanobind::module_& m);
 void bind_pairs(nanobind::module_& m);
 void bind_in_box(nanobind::module_& m);
 void bind_routes(nanobind::module_& m);
+void bind_frames(nanobind::module_& m);
 void bind_hair(nanobind::module_& m);
 void bind_paths(nanobind::module_& m);
 void bind_looks(nanobind::module_& m);

@@ -1,4 +1,6 @@
 // The scattering of light by hair: the near field at points of fibres, and the far field from tables.
+#include <nanobind/stl/tuple.h>
+
 #include "arrays.hpp"
 #include "engine.hpp"
 #include "fastlines/shading/hair_points.hpp"
@@ -53,8 +55,9 @@ Output<float> hair_pdf(const HairNumbers& material, Input<float> to_eye, Input<f
   return densities;
 }
 
-nb::tuple hair_sample(const HairNumbers& material, Input<float> to_eye, Input<float> tangents, Input<float> h,
-                      Input<float> u4) {
+std::tuple<Output<float>, Output<float>, Output<float>> hair_sample(const HairNumbers& material, Input<float> to_eye,
+                                                                    Input<float> tangents, Input<float> h,
+                                                                    Input<float> u4) {
   const HairRows rows{HairMaterial(material), to_eye, tangents, h};
   Output<float> towards = make_array<float>(rows.size(), 3), weights = make_array<float>(rows.size(), 3);
   Output<float> densities = make_array<float>(rows.size());
@@ -67,7 +70,7 @@ nb::tuple hair_sample(const HairNumbers& material, Input<float> to_eye, Input<fl
     drawn.weight.store(weights.data() + 3 * first, n);
     store_lanes(drawn.pdf, densities.data() + first, n);
   });
-  return nb::make_tuple(towards, weights, densities);
+  return {towards, weights, densities};
 }
 
 /// `azimuths` is (rows, columns, HairTable::kValues), and `inclinations` is (rows, HairTable::kRest).
@@ -87,8 +90,8 @@ Output<float> averaged_hair(const HairNumbers& material, Input<float> azimuths, 
   return values;
 }
 
-nb::tuple averaged_attenuations(const HairNumbers& material, Input<float> azimuths, Input<float> inclinations,
-                                Input<float> sin_theta) {
+std::tuple<Output<float>, Output<float>> averaged_attenuations(const HairNumbers& material, Input<float> azimuths,
+                                                               Input<float> inclinations, Input<float> sin_theta) {
   const HairMaterial lobes(material);
   const HairTable table = table_of(lobes, azimuths, inclinations);
   const std::size_t n_rows = sin_theta.size();
@@ -98,7 +101,7 @@ nb::tuple averaged_attenuations(const HairNumbers& material, Input<float> azimut
     table.forward(sine).store(forward.data() + 3 * first, n);
     table.backward(sine).store(backward.data() + 3 * first, n);
   });
-  return nb::make_tuple(forward, backward);
+  return {forward, backward};
 }
 
 }  // namespace

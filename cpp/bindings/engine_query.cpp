@@ -14,8 +14,6 @@ using namespace nb::literals;
 namespace fastlines {
 namespace {
 
-At at_of(bool surface) { return surface ? At::surface : At::closest; }
-
 /// Calls run(queries) with the LayoutQueries of a batch of rays. A short batch runs on one thread.
 template <class Run>
 void run_queries(const LayoutView& layout, const RayBatch& rays, int kernel, unsigned n_threads,
@@ -32,37 +30,44 @@ void run_queries(const LayoutView& layout, const RayBatch& rays, int kernel, uns
   });
 }
 
-HitTuple first(const LayoutView& layout, RayArrays rays, bool surface, int kernel, unsigned n_threads,
+HitTuple first(const LayoutView& layout, RayArrays rays, const std::string& at_name, int kernel, unsigned n_threads,
                nb::object progress) {
   const RayBatch batch = batch_of(rays);
-  HitArrays hits(batch.size(), surface);
+  const At at = at_of(at_name);
+  HitArrays hits(batch.size(), has_exit(at));
   run_queries(layout, batch, kernel, n_threads, progress,
-              [&](const auto& queries) { queries.find_first(at_of(surface), hits.columns()); });
+              [&](const auto& queries) { queries.find_first(at, hits.columns()); });
   return hits.tuple();
 }
 
-Output<bool> any_of(const LayoutView& layout, RayArrays rays, int kernel, unsigned n_threads, nb::object progress) {
+Output<bool> any_of(const LayoutView& layout, RayArrays rays, const std::string& at_name, int kernel,
+                    unsigned n_threads, nb::object progress) {
   const RayBatch batch = batch_of(rays);
+  const At at = at_of(at_name);
   auto found = make_array<bool>(batch.size());
-  run_queries(layout, batch, kernel, n_threads, progress, [&](const auto& queries) { queries.find_any(found.data()); });
+  run_queries(layout, batch, kernel, n_threads, progress,
+              [&](const auto& queries) { queries.find_any(at, found.data()); });
   return found;
 }
 
-Output<std::int64_t> count(const LayoutView& layout, RayArrays rays, int kernel, unsigned n_threads,
-                           nb::object progress) {
+Output<std::int64_t> count(const LayoutView& layout, RayArrays rays, const std::string& at_name, int kernel,
+                           unsigned n_threads, nb::object progress) {
   const RayBatch batch = batch_of(rays);
+  const At at = at_of(at_name);
   auto counts = make_array<std::int64_t>(batch.size());
-  run_queries(layout, batch, kernel, n_threads, progress, [&](const auto& queries) { queries.count(counts.data()); });
+  run_queries(layout, batch, kernel, n_threads, progress,
+              [&](const auto& queries) { queries.count(at, counts.data()); });
   return counts;
 }
 
 /// All hits of each ray, or its first k by t if k is given, or the k nearest to it with `by_distance`.
-ListTuple list(const LayoutView& layout, RayArrays rays, bool surface, std::optional<std::size_t> k, bool by_distance,
-               int kernel, unsigned n_threads, nb::object progress) {
+ListTuple list(const LayoutView& layout, RayArrays rays, const std::string& at_name, std::optional<std::size_t> k,
+               bool by_distance, int kernel, unsigned n_threads, nb::object progress) {
   const RayBatch batch = batch_of(rays);
+  const At at = at_of(at_name);
   std::optional<HitAssembler> lists;
   run_queries(layout, batch, kernel, n_threads, progress, [&](const auto& queries) {
-    queries.list(at_of(surface), k, by_distance, lists.emplace(batch.size(), surface));
+    queries.list(at, k, by_distance, lists.emplace(batch.size(), has_exit(at)));
   });
   return arrays_of(*lists);
 }
@@ -78,10 +83,10 @@ std::tuple<bool, std::uint64_t> check(RayArrays rays, float largest_radius, floa
 
 void bind_queries(nb::module_& m) {
   m.def("check_rays", &check, "rays"_a, "largest_radius"_a, "farthest"_a, "n_threads"_a);
-  m.def("first_hit", &first, "layout"_a, "rays"_a, "surface"_a, "kernel"_a, "n_threads"_a, "progress"_a.none());
-  m.def("any_hit", &any_of, "layout"_a, "rays"_a, "kernel"_a, "n_threads"_a, "progress"_a.none());
-  m.def("count_hits", &count, "layout"_a, "rays"_a, "kernel"_a, "n_threads"_a, "progress"_a.none());
-  m.def("list_hits", &list, "layout"_a, "rays"_a, "surface"_a, "k"_a.none(), "by_distance"_a, "kernel"_a, "n_threads"_a,
+  m.def("first_hit", &first, "layout"_a, "rays"_a, "at"_a, "kernel"_a, "n_threads"_a, "progress"_a.none());
+  m.def("any_hit", &any_of, "layout"_a, "rays"_a, "at"_a, "kernel"_a, "n_threads"_a, "progress"_a.none());
+  m.def("count_hits", &count, "layout"_a, "rays"_a, "at"_a, "kernel"_a, "n_threads"_a, "progress"_a.none());
+  m.def("list_hits", &list, "layout"_a, "rays"_a, "at"_a, "k"_a.none(), "by_distance"_a, "kernel"_a, "n_threads"_a,
         "progress"_a.none());
 }
 

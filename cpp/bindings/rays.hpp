@@ -2,9 +2,12 @@
 #pragma once
 
 #include <nanobind/stl/optional.h>
+#include <nanobind/stl/string.h>
 #include <nanobind/stl/tuple.h>
 
 #include <optional>
+#include <stdexcept>
+#include <string>
 
 #include "arrays.hpp"
 #include "fastlines/query/hit_assembler.hpp"
@@ -27,7 +30,15 @@ inline RayBatch batch_of(const RayArrays& rays) {
           limit ? rows<float>(*limit) : std::span<const float>(kNoLimit)};
 }
 
-/// Columns of hits: t, prim, u, distance, and t_out for hits at the surface.
+/// Where t is taken, and which rays hit, by its name in Python.
+inline At at_of(const std::string& name) {
+  if (name == "closest") return At::closest;
+  if (name == "surface") return At::surface;
+  if (name == "entry") return At::entry;
+  throw std::invalid_argument("at is " + name + "; expected closest, surface or entry");
+}
+
+/// Columns of hits: t, prim, u, distance, and t_out unless t is at the closest approach.
 using HitTuple =
     std::tuple<Output<float>, Output<std::int64_t>, Output<float>, Output<float>, std::optional<Output<float>>>;
 
@@ -37,12 +48,12 @@ using ListTuple = std::tuple<Output<std::int64_t>, HitTuple>;
 /// Allocates the columns of a HitTuple, one hit per ray, for queries that store hits in place.
 class HitArrays {
  public:
-  HitArrays(std::size_t n, bool surface)
+  HitArrays(std::size_t n, bool with_t_out)
       : t_(make_array<float>(n)),
         u_(make_array<float>(n)),
         distance_(make_array<float>(n)),
         prim_(make_array<std::int64_t>(n)) {
-    if (surface) t_out_ = make_array<float>(n);
+    if (with_t_out) t_out_ = make_array<float>(n);
   }
 
   HitColumns columns() {

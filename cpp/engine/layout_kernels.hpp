@@ -6,37 +6,37 @@
 
 namespace fastlines {
 
-/// Calls run_at<at>().
+/// Calls run_at(where).
 template <RayPrimitive P, class RunAt>
 void dispatch(At at, const RunAt& run_at) {
   if constexpr (!kHasSpread<P>)
-    if (at == At::surface) return run_at.template operator()<At::surface>();
-  run_at.template operator()<At::closest>();
+    if (at != At::closest) return run_at(SurfaceAt(at));
+  run_at(FixedAt<At::closest>());
 }
 
 template <RayPrimitive P>
 void LayoutQueries<P>::find_first(At at, const HitColumns& to) const {
-  const auto run_at = [&]<At which>() {
-    run_batch(tree, rays, kernel, FirstHitQuery<P, which>{tree, to}, n_threads, progress);
+  const auto run_at = [&]<class Where>(Where where) {
+    run_batch(tree, rays, kernel, FirstHitQuery<P, Where>{tree, to, where}, n_threads, progress);
   };
   dispatch<P>(at, run_at);
 }
 
 template <RayPrimitive P>
-void LayoutQueries<P>::find_any(bool* to) const {
-  run_batch(tree, rays, kernel, AnyHitQuery{to}, n_threads, progress);
+void LayoutQueries<P>::find_any(At at, bool* to) const {
+  run_batch(tree, rays, kernel, AnyHitQuery{to, at}, n_threads, progress);
 }
 
 template <RayPrimitive P>
-void LayoutQueries<P>::count(std::int64_t* to) const {
-  run_batch(tree, rays, kernel, CountHitsQuery{to}, n_threads, progress);
+void LayoutQueries<P>::count(At at, std::int64_t* to) const {
+  run_batch(tree, rays, kernel, CountHitsQuery{to, at}, n_threads, progress);
 }
 
 template <RayPrimitive P>
 void LayoutQueries<P>::list(At at, std::optional<std::size_t> k, bool by_distance, HitAssembler& to) const {
   if (!k || by_distance) return run_lists(tree, rays, kernel, AllHitsQuery<P>(tree, at, k), n_threads, progress, to);
-  const auto run_at = [&]<At which>() {
-    run_lists(tree, rays, kernel, KNearestQuery<P, which>(tree, *k), n_threads, progress, to);
+  const auto run_at = [&]<class Where>(Where where) {
+    run_lists(tree, rays, kernel, KNearestQuery<P, Where>(tree, *k, where), n_threads, progress, to);
   };
   dispatch<P>(at, run_at);
 }

@@ -24,8 +24,8 @@ struct LayoutQueries {
   Progress& progress;
 
   void find_first(At at, const HitColumns& to) const;
-  void find_any(bool* to) const;
-  void count(std::int64_t* to) const;
+  void find_any(At at, bool* to) const;
+  void count(At at, std::int64_t* to) const;
   /// List all hits of each ray, or its first k by t if k is given, or the k nearest to it with `by_distance`.
   void list(At at, std::optional<std::size_t> k, bool by_distance, HitAssembler& to) const;
 };

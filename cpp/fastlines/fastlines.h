@@ -43,10 +43,11 @@ typedef enum fl_method {
   FL_KD_D2 = 5   /* As `FL_KD_CL`, but where a leaf looks best, it looks two levels ahead. */
 } fl_method;
 
-/* The place on the ray that t of a hit means. */
+/* The place on the ray that t of a hit means, and which rays hit. */
 typedef enum fl_at {
   FL_CLOSEST = 0, /* Where the ray comes closest to the line. */
-  FL_SURFACE = 1  /* Where the ray enters the surface around the line. */
+  FL_SURFACE = 1, /* Where the ray enters the surface around the line. */
+  FL_ENTRY = 2    /* The same, and only rays that enter hit: those that start inside, or on the surface, do not. */
 } fl_at;
 
 /* What the distance to a line is to. It makes no difference for lines without a radius. */
@@ -94,7 +95,7 @@ typedef struct fl_hit {
   float t;        /* The place on the ray, in units of the length of its direction. A miss has infinity. */
   float u;        /* The place on the line: 0 at its start, 1 at its end. */
   float distance; /* The distance of the ray from the line, at the closest approach. */
-  float t_out;    /* Where the ray leaves the surface, with `FL_SURFACE`. Otherwise it is infinite. */
+  float t_out;    /* Where the ray leaves the surface; infinite with `FL_CLOSEST`. */
   int64_t prim;   /* The index of the line, or -1 for a miss. */
 } fl_hit;
 
@@ -171,8 +172,8 @@ typedef struct fl_facts {
 
 /* Where a hit is. All members of a miss are NaN. */
 typedef struct fl_place {
-  double point[3];   /* The point of the ray at t. With `FL_SURFACE`, it is where the ray enters the surface. */
-  double normal[3];  /* The unit normal of the surface there, outwards, with `FL_SURFACE`; otherwise NaN. */
+  double point[3];   /* The point of the ray at t. */
+  double normal[3];  /* The unit normal of the surface there, outwards; NaN with `FL_CLOSEST`. */
   double tangent[3]; /* The unit vector from the start to the end of the line. NaN if its length is zero. */
   double outside[3]; /* The point, moved along the normal: a ray that starts here does not hit the surface again. */
 } fl_place;
@@ -233,9 +234,9 @@ FASTLINES_API void fl_free_tree(fl_tree* tree);
 /* Finds the hit with the least t, or a miss. Of hits at the same t, the line with the lower index comes first. */
 FASTLINES_API fl_status fl_first_hit(const fl_tree* tree, const fl_ray* ray, float radius, fl_at at, fl_hit* hit);
 /* Sets `found` to 1 if the ray hits any line, and to 0 otherwise. */
-FASTLINES_API fl_status fl_any_hit(const fl_tree* tree, const fl_ray* ray, float radius, int* found);
+FASTLINES_API fl_status fl_any_hit(const fl_tree* tree, const fl_ray* ray, float radius, fl_at at, int* found);
 /* Counts the lines that the ray hits. */
-FASTLINES_API fl_status fl_count_hits(const fl_tree* tree, const fl_ray* ray, float radius, size_t* n);
+FASTLINES_API fl_status fl_count_hits(const fl_tree* tree, const fl_ray* ray, float radius, fl_at at, size_t* n);
 /* Writes one hit for each line that the ray hits, in the order of t, but no more than `room`. Sets `n` to the number of
    all hits, which may be more. */
 FASTLINES_API fl_status fl_all_hits(const fl_tree* tree, const fl_ray* ray, float radius, fl_at at, fl_hit* hits,
@@ -245,13 +246,13 @@ FASTLINES_API fl_status fl_next_hits(const fl_tree* tree, const fl_ray* ray, flo
                                      fl_rank rank, fl_hit* hits, size_t* n);
 
 /* Finds the hit of each ray that has the least t, or a miss. Each array has room for a number for each ray, or is
-   NULL if it is not wanted. With `t_out`, t is where rays enter the surfaces, as with `FL_SURFACE`. */
-FASTLINES_API fl_status fl_first_hits(const fl_tree* tree, const fl_rays* rays, float* t, int64_t* prim, float* u,
-                                      float* distance, float* t_out);
+   NULL if it is not wanted. */
+FASTLINES_API fl_status fl_first_hits(const fl_tree* tree, const fl_rays* rays, fl_at at, float* t, int64_t* prim,
+                                      float* u, float* distance, float* t_out);
 /* Writes 1 for each ray that hits any line, and 0 for the others. */
-FASTLINES_API fl_status fl_any_hits(const fl_tree* tree, const fl_rays* rays, uint8_t* found);
+FASTLINES_API fl_status fl_any_hits(const fl_tree* tree, const fl_rays* rays, fl_at at, uint8_t* found);
 /* Counts the lines that each ray hits. */
-FASTLINES_API fl_status fl_counts(const fl_tree* tree, const fl_rays* rays, int64_t* n);
+FASTLINES_API fl_status fl_counts(const fl_tree* tree, const fl_rays* rays, fl_at at, int64_t* n);
 
 /* Lists the first k of all hits of each ray by their rank. `SIZE_MAX` lists all hits, which takes `FL_BY_T`. */
 FASTLINES_API fl_status fl_list_hits(const fl_tree* tree, const fl_rays* rays, size_t k, fl_at at, fl_rank rank,

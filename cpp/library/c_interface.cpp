@@ -39,8 +39,9 @@ fl::Rank rank_of(fl_rank rank) {
   return rank == FL_BY_DISTANCE ? fl::Rank::distance : fl::Rank::t;
 }
 fl::At at_of(fl_at at) {
-  if (at != FL_CLOSEST && at != FL_SURFACE) throw fl::InputError("unknown fl_at; expected FL_CLOSEST or FL_SURFACE");
-  return at == FL_SURFACE ? fl::At::surface : fl::At::closest;
+  if (at < FL_CLOSEST || at > FL_ENTRY)
+    throw fl::InputError("unknown fl_at; expected FL_CLOSEST, FL_SURFACE or FL_ENTRY");
+  return fl::At(at);
 }
 fl_hit hit_of(const fl::Hit& hit) { return {hit.t, hit.u, hit.distance, hit.t_out, hit.prim}; }
 
@@ -68,7 +69,7 @@ struct Batch {
   fl::PerRay radius = 0.0f;
   fl::QueryOptions options;
 
-  explicit Batch(const fl_rays* given, fl::At at = fl::At::closest, fl::Rank rank = fl::Rank::t) {
+  explicit Batch(const fl_rays* given, fl::At at, fl::Rank rank = fl::Rank::t) {
     require(given, "rays");
     const std::size_t n = given->n;
     if (n > 0) require(given->origins, "rays->origins"), require(given->directions, "rays->directions");
@@ -214,21 +215,21 @@ fl_status fl_first_hit(const fl_tree* tree, const fl_ray* ray, float radius, fl_
   });
 }
 
-fl_status fl_any_hit(const fl_tree* tree, const fl_ray* ray, float radius, int* found) {
+fl_status fl_any_hit(const fl_tree* tree, const fl_ray* ray, float radius, fl_at at, int* found) {
   return guarded([&] {
     require(tree, "tree");
     require(ray, "ray");
     require(found, "found");
-    *found = tree->tree.any_hit(ray_of(*ray), radius);
+    *found = tree->tree.any_hit(ray_of(*ray), radius, at_of(at));
   });
 }
 
-fl_status fl_count_hits(const fl_tree* tree, const fl_ray* ray, float radius, size_t* n) {
+fl_status fl_count_hits(const fl_tree* tree, const fl_ray* ray, float radius, fl_at at, size_t* n) {
   return guarded([&] {
     require(tree, "tree");
     require(ray, "ray");
     require(n, "n");
-    *n = tree->tree.count_hits(ray_of(*ray), radius);
+    *n = tree->tree.count_hits(ray_of(*ray), radius, at_of(at));
   });
 }
 
@@ -262,33 +263,36 @@ fl_status fl_next_hits(const fl_tree* tree, const fl_ray* ray, float radius, fl_
   });
 }
 
-fl_status fl_first_hits(const fl_tree* tree, const fl_rays* rays, float* t, int64_t* prim, float* u, float* distance,
-                        float* t_out) {
+fl_status fl_first_hits(const fl_tree* tree, const fl_rays* rays, fl_at at, float* t, int64_t* prim, float* u,
+                        float* distance, float* t_out) {
   return guarded([&] {
     require(tree, "tree");
-    const Batch batch(rays, t_out ? fl::At::surface : fl::At::closest);
+    const Batch batch(rays, at_of(at));
     const fl::Hits hits = tree->tree.first_hit(batch.rays, batch.radius, batch.options);
     copy_if(hits.t, t);
     copy_if(hits.prim, prim);
     copy_if(hits.u, u);
     copy_if(hits.distance, distance);
-    copy_if(hits.t_out, t_out);
+    if (at == FL_CLOSEST && t_out)
+      std::fill_n(t_out, hits.size(), fl::infinity);
+    else
+      copy_if(hits.t_out, t_out);
   });
 }
 
-fl_status fl_any_hits(const fl_tree* tree, const fl_rays* rays, uint8_t* found) {
+fl_status fl_any_hits(const fl_tree* tree, const fl_rays* rays, fl_at at, uint8_t* found) {
   return guarded([&] {
     require(tree, "tree");
-    const Batch batch(rays);
+    const Batch batch(rays, at_of(at));
     if (batch.rays.size() > 0) require(found, "found");
     copy_if<std::uint8_t>(tree->tree.any_hit(batch.rays, batch.radius, batch.options), found);
   });
 }
 
-fl_status fl_counts(const fl_tree* tree, const fl_rays* rays, int64_t* n) {
+fl_status fl_counts(const fl_tree* tree, const fl_rays* rays, fl_at at, int64_t* n) {
   return guarded([&] {
     require(tree, "tree");
-    const Batch batch(rays);
+    const Batch batch(rays, at_of(at));
     if (batch.rays.size() > 0) require(n, "n");
     copy_if<std::int64_t>(tree->tree.count_hits(batch.rays, batch.radius, batch.options), n);
   });

@@ -9,7 +9,7 @@ namespace fl::detail {
 
 inline fastlines::Vec3 core_vector(const Vec3& v) { return {v.x, v.y, v.z}; }
 inline Vec3 vector_of(const fastlines::Vec3& v) { return {v[0], v[1], v[2]}; }
-inline fastlines::At core_at(At at) { return at == At::surface ? fastlines::At::surface : fastlines::At::closest; }
+inline fastlines::At core_at(At at) { return fastlines::At(int(at)); }
 inline fastlines::Keep core_keep(Rank rank) {
   return rank == Rank::distance ? fastlines::Keep::nearest : fastlines::Keep::first;
 }

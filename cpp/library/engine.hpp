@@ -59,8 +59,8 @@ class TreeImpl {
   virtual ~TreeImpl();
 
   virtual Hit first_hit(const Ray& ray, float radius, At at) const = 0;
-  virtual bool any_hit(const Ray& ray, float radius) const = 0;
-  virtual std::size_t count_hits(const Ray& ray, float radius) const = 0;
+  virtual bool any_hit(const Ray& ray, float radius, At at) const = 0;
+  virtual std::size_t count_hits(const Ray& ray, float radius, At at) const = 0;
   virtual void all_hits(const Ray& ray, float radius, At at, std::vector<Hit>& to) const = 0;
   virtual void next_hits(const Ray& ray, float radius, std::size_t k, At at, Rank rank, std::vector<Hit>& to) const = 0;
 

@@ -14,8 +14,8 @@ struct HitArrays {
   HitArrays(std::size_t n, At at) {
     for (auto* column : {&t, &u, &distance}) column->reset(n);
     prim.reset(n);
-    if (at == At::surface) t_out.reset(n);
-    set_size(n, at == At::surface);
+    if (at != At::closest) t_out.reset(n);
+    set_size(n, at != At::closest);
   }
   HitArrays(fastlines::HitAssembler&& lists, std::size_t n)
       : t(std::move(lists.t)),

@@ -56,8 +56,8 @@ Tree::Tree() {
 Tree::Tree(std::shared_ptr<const detail::TreeImpl> impl) : impl_(std::move(impl)) {}
 
 Hit Tree::first_hit(const Ray& ray, float radius, At at) const { return impl_->first_hit(ray, radius, at); }
-bool Tree::any_hit(const Ray& ray, float radius) const { return impl_->any_hit(ray, radius); }
-std::size_t Tree::count_hits(const Ray& ray, float radius) const { return impl_->count_hits(ray, radius); }
+bool Tree::any_hit(const Ray& ray, float radius, At at) const { return impl_->any_hit(ray, radius, at); }
+std::size_t Tree::count_hits(const Ray& ray, float radius, At at) const { return impl_->count_hits(ray, radius, at); }
 void Tree::all_hits(const Ray& ray, float radius, std::vector<Hit>& to, At at) const {
   impl_->all_hits(ray, radius, at, to);
 }

@@ -50,17 +50,17 @@ class TreeOf final : public TreeImpl {
     const fastlines::RayQuery query = checked(ray, radius);
     return scene_.surely_misses(query) ? Hit() : hit_of(fastlines::OneRay<P>(view_, query).first_hit(core_at(at)));
   }
-  bool any_hit(const Ray& ray, float radius) const override {
+  bool any_hit(const Ray& ray, float radius, At at) const override {
     if (is_special(ray)) [[unlikely]]
-      return first_special(ray, radius, At::closest).prim >= 0;
+      return first_special(ray, radius, at).prim >= 0;
     const fastlines::RayQuery query = checked(ray, radius);
-    return !scene_.surely_misses(query) && fastlines::OneRay<P>(view_, query).any_hit();
+    return !scene_.surely_misses(query) && fastlines::OneRay<P>(view_, query).any_hit(core_at(at));
   }
-  std::size_t count_hits(const Ray& ray, float radius) const override {
+  std::size_t count_hits(const Ray& ray, float radius, At at) const override {
     if (is_special(ray)) [[unlikely]]
-      return count_special(ray, radius);
+      return count_special(ray, radius, at);
     const fastlines::RayQuery query = checked(ray, radius);
-    return scene_.surely_misses(query) ? 0 : fastlines::OneRay<P>(view_, query).count_hits();
+    return scene_.surely_misses(query) ? 0 : fastlines::OneRay<P>(view_, query).count_hits(core_at(at));
   }
   void all_hits(const Ray& ray, float radius, At at, std::vector<Hit>& to) const override {
     if (is_special(ray)) [[unlikely]]
@@ -104,10 +104,10 @@ class TreeOf final : public TreeImpl {
     bool* const to = reinterpret_cast<bool*>(found.data());
     if (is_special(rays))
       run_special(rays, options, [&](const auto& search, fastlines::Progress& progress) {
-        fastlines::any_hits(search, batch.rays, batch.n_threads, progress, {to, found.size()});
+        fastlines::any_hits(search, batch.rays, core_at(options.at), batch.n_threads, progress, {to, found.size()});
       });
     else
-      run(batch, options, [&](const auto& queries) { queries.find_any(to); });
+      run(batch, options, [&](const auto& queries) { queries.find_any(core_at(options.at), to); });
     return found;
   }
   std::vector<std::int64_t> count_hits(const Rays& rays, const PerRay& radius,
@@ -116,16 +116,16 @@ class TreeOf final : public TreeImpl {
     std::vector<std::int64_t> counts(rays.size());
     if (is_special(rays))
       run_special(rays, options, [&](const auto& search, fastlines::Progress& progress) {
-        fastlines::count_hits(search, batch.rays, batch.n_threads, progress, counts);
+        fastlines::count_hits(search, batch.rays, core_at(options.at), batch.n_threads, progress, counts);
       });
     else
-      run(batch, options, [&](const auto& queries) { queries.count(counts.data()); });
+      run(batch, options, [&](const auto& queries) { queries.count(core_at(options.at), counts.data()); });
     return counts;
   }
   std::optional<HitLists> list_hits(const Rays& rays, const PerRay& radius, std::optional<std::size_t> k,
                                     const QueryOptions& options, std::size_t max_hits) const override {
     const Batch batch = checked(rays, radius, options, k.has_value());
-    fastlines::HitAssembler lists(rays.size(), options.at == At::surface, max_hits);
+    fastlines::HitAssembler lists(rays.size(), options.at != At::closest, max_hits);
     const fastlines::Keep keep = k ? core_keep(options.rank) : fastlines::Keep::all;
     // An engine catches its own exceptions: its types are not those of the others.
     try {
@@ -220,8 +220,8 @@ class TreeOf final : public TreeImpl {
   [[gnu::noinline]] Hit first_special(const Ray& ray, float radius, At at) const {
     return first_hits(batch_of(ray), radius, options_of(at))[0];
   }
-  [[gnu::noinline]] std::size_t count_special(const Ray& ray, float radius) const {
-    return std::size_t(count_hits(batch_of(ray), radius, {})[0]);
+  [[gnu::noinline]] std::size_t count_special(const Ray& ray, float radius, At at) const {
+    return std::size_t(count_hits(batch_of(ray), radius, options_of(at))[0]);
   }
   [[gnu::noinline]] void list_special(const Ray& ray, float radius, std::optional<std::size_t> k,
                                       const QueryOptions& options, std::vector<Hit>& to) const {
@@ -315,8 +315,9 @@ class TreeOf final : public TreeImpl {
     if (options.rank != Rank::t && !(has_rank && options.rank == Rank::distance))
       throw InputError("Rank::distance is for next_hits; leave it out, or use that query");
     limits_.check(batch, n_threads);
-    if (options.at == At::surface && has_spread(rays.spread))
-      throw InputError("At::surface has no meaning with a spread: a line then has no one surface; leave out either");
+    if (options.at != At::closest && has_spread(rays.spread))
+      throw InputError(std::string(options.at == At::entry ? "At::entry" : "At::surface") +
+                       " has no meaning with a spread: a line then has no one surface; leave out either");
     return {batch, n_threads};
   }
 

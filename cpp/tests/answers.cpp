@@ -26,19 +26,16 @@ struct Engine {
   void list(const Query& query, HitAssembler& to) const {
     run_lists(tree, rays, kernel, query, n_threads, progress, to);
   }
-  template <At at>
-  void first(const HitColumns& to) const {
-    run(FirstHitQuery<Segments, at>{tree, to});
+  void first(At at, const HitColumns& to) const {
+    if (at == At::closest) return run(FirstHitQuery<Segments, FixedAt<At::closest>>{tree, to});
+    run(FirstHitQuery<Segments, SurfaceAt>{tree, to, SurfaceAt(at)});
   }
-  void any(std::span<bool> to) const { run(AnyHitQuery{to.data()}); }
-  void count(std::span<std::int64_t> to) const { run(CountHitsQuery{to.data()}); }
-  template <At at>
-  void all(HitAssembler& to) const {
-    list(AllHitsQuery<Segments>(tree, at), to);
-  }
-  template <At at>
-  void k_nearest(HitAssembler& to) const {
-    list(KNearestQuery<Segments, at>(tree, kNearest), to);
+  void any(At at, std::span<bool> to) const { run(AnyHitQuery{to.data(), at}); }
+  void count(At at, std::span<std::int64_t> to) const { run(CountHitsQuery{to.data(), at}); }
+  void all(At at, HitAssembler& to) const { list(AllHitsQuery<Segments>(tree, at), to); }
+  void k_nearest(At at, HitAssembler& to) const {
+    if (at == At::closest) return list(KNearestQuery<Segments, FixedAt<At::closest>>(tree, kNearest), to);
+    list(KNearestQuery<Segments, SurfaceAt>(tree, kNearest, SurfaceAt(at)), to);
   }
 };
 
@@ -94,7 +91,7 @@ bool finds_up_to_limits(const WideBvhView<Segments>& view, const BruteForce<Segm
                         const Setup& setup, Progress& progress) {
   for (const Case& test_case : kCases) {
     if (test_case.query != Ask::first && test_case.query != Ask::k_nearest) continue;
-    const std::size_t n_words = test_case.at == At::surface ? 5 : 4;
+    const std::size_t n_words = n_hit_columns(test_case.at);
     const Answers expected = answer(Brute<Segments>{brute, rays, 1, progress}, test_case);
     const std::vector<float> limits = limits_of(expected, n_words);
     RayBatch limited = rays;

@@ -139,8 +139,8 @@ void check_k_nearest(const Scene& scene, std::size_t k, Collect collect) {
 }
 
 void check_all(const Scene& scene) {
-  const auto any = std::make_unique<AnyHitCollector>();
-  const auto count = std::make_unique<CountHitsCollector>();
+  const auto any = std::make_unique<AnyHitCollector>(At::closest);
+  const auto count = std::make_unique<CountHitsCollector>(At::closest);
   const auto all = std::make_unique<AllHitsCollector>(At::closest);
   scene.add_packets(*any);
   scene.add_packets(*count);
@@ -197,7 +197,7 @@ void check_one_ray(const Scene& scene, int lane) {
   HitCountOfRay count(ray), two(ray, 2), none(ray, 0);
   scene.add_to(first, lane);
   scene.add_to(any, lane);
-  for (HitCountOfRay* each : {&count, &two, &none}) scene.add_to(*each, lane);
+  for (HitCountOfRay<>* each : {&count, &two, &none}) scene.add_to(*each, lane);
   check(first.found() == !hits.empty(), "a ray has a first hit if it has a hit");
   if (first.found()) check(first.hit().t == hits[0].t_ray && first.prim == hits[0].prim, "the first hit of a ray");
   check(any.found == !hits.empty(), "whether a ray has a hit");

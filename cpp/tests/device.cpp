@@ -51,20 +51,21 @@ Answers answers_of(const Numbers& numbers) {
 }
 
 /// The answers of the kernels; those of `k_nearest` by t, or by distance with `Keep::nearest`.
-template <At at, class P>
-Answers answer_on_device(const EmulatedDevice<P>& device, Ask query, Keep keep) {
-  if (query == Ask::first) return answers_of(device.template first<at>(), at);
-  if (query == Ask::any) return answers_of(device.any());
-  if (query == Ask::count) return answers_of(device.count());
-  if (query == Ask::all) return answers_of(device.template list<at, Keep::all>(), at);
-  if (keep == Keep::first) return answers_of(device.template list<at, Keep::first>(kNearest), at);
-  return answers_of(device.template list<at, Keep::nearest>(kNearest), at);
+template <class P, class Where>
+Answers answer_on_device(const EmulatedDevice<P>& device, Ask query, Where where, Keep keep) {
+  const At at = where.at;
+  if (query == Ask::first) return answers_of(device.first(where), at);
+  if (query == Ask::any) return answers_of(device.any(at));
+  if (query == Ask::count) return answers_of(device.count(at));
+  if (query == Ask::all) return answers_of(device.template list<Keep::all>(where), at);
+  if (keep == Keep::first) return answers_of(device.template list<Keep::first>(where, kNearest), at);
+  return answers_of(device.template list<Keep::nearest>(where, kNearest), at);
 }
 
 /// The nearest hits by brute force.
-template <At at, class P>
-Answers nearest_by_brute_force(const Brute<P>& brute) {
-  HitAssembler lists(brute.rays.size(), at == At::surface);
+template <class P>
+Answers nearest_by_brute_force(const Brute<P>& brute, At at) {
+  HitAssembler lists(brute.rays.size(), has_exit(at));
   list_hits(brute.search, brute.rays, 1, brute.progress, lists, at, Keep::nearest, kNearest);
   OwnedHits hits;
   const auto offsets = lists.offsets();
@@ -75,22 +76,24 @@ Answers nearest_by_brute_force(const Brute<P>& brute) {
     hits.u[i] = lists.u[i];
     hits.distance[i] = lists.distance[i];
     hits.prim[i] = lists.prim[i];
-    if (at == At::surface) hits.t_out[i] = lists.t_out[i];
+    if (has_exit(at)) hits.t_out[i] = lists.t_out[i];
   }
   return answers_of(hits, at);
 }
 
 /// Compare one query on a scene.
-template <At at, class P, class D>
+template <class P, class D>
 void check_query(const Brute<P>& brute, const EmulatedDevice<D>& device, const Case& test_case, Keep keep,
-                 const std::string& where) {
-  const Answers expected = keep == Keep::first ? answer(brute, test_case) : nearest_by_brute_force<at>(brute);
-  const Answers given = answer_on_device<at>(device, test_case.query, keep);
+                 const std::string& what) {
+  const auto [name, query, at] = test_case;
+  const Answers expected = keep == Keep::first ? answer(brute, test_case) : nearest_by_brute_force(brute, at);
+  const Answers given = at == At::closest ? answer_on_device(device, query, FixedAt<At::closest>(), keep)
+                                          : answer_on_device(device, query, SurfaceAt(at), keep);
   n_answers += brute.rays.size();
   n_decisions += brute.rays.size() * brute.search.prims.size();
   for (std::size_t ray = 0; ray < brute.rays.size(); ++ray) {
     if (std::ranges::equal(given.of(ray), expected.of(ray))) continue;
-    if (n_differ++ < 10) std::printf("%s, query \"%s\": ray %zu differs\n", where.c_str(), test_case.name, ray);
+    if (n_differ++ < 10) std::printf("%s, query \"%s\": ray %zu differs\n", what.c_str(), name, ray);
   }
 }
 
@@ -153,9 +156,8 @@ void check_scene(const std::string& name, const Lines& lines, const Built& built
     for (const Case& test_case : kCases)
       for (const Keep keep : {Keep::first, Keep::nearest}) {
         if (keep == Keep::nearest && test_case.query != Ask::k_nearest) continue;
-        if (test_case.at == At::surface && !kHasSpread<D>)
-          check_query<At::surface>(brute, device, test_case, keep, where);
-        if (test_case.at == At::closest) check_query<At::closest>(brute, device, test_case, keep, where);
+        if (has_exit(test_case.at) && kHasSpread<D>) continue;
+        check_query(brute, device, test_case, keep, where);
       }
   }
   check(std::size_t(deepest_stack) <= room, "no stack is deeper than foreseen");
@@ -168,8 +170,8 @@ void check_chains() {
     const RayBatch rays = chain.rays();
     const EmulatedDevice<DeviceSegments> device{scene_of(chain.view()), device_rays_of(rays, {}), false};
     deepest_stack = 0;
-    const auto first = device.first<At::closest>();
-    const auto found = device.any();
+    const auto first = device.first(FixedAt<At::closest>());
+    const auto found = device.any(At::closest);
     for (int i = 0; i < kRays; ++i) {
       check((first.prim[std::size_t(i)] == 0) == Chain::hits(i), "the first hit in a chain is right");
       check((found[std::size_t(i)] == 1) == Chain::hits(i), "whether there is a hit in a chain is right");

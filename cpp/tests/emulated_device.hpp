@@ -85,40 +85,41 @@ struct EmulatedDevice {
   DeviceRays rays;
   bool has_repeats;  ///< whether a primitive is in several leaves, without pieces that own hits
 
-  template <At at>
-  OwnedHits first() const {
+  template <class Where>
+  OwnedHits first(Where where) const {
     OwnedHits hits;
-    emulate_rays(rays.n, first_hit_of_thread<P, at>, scene, rays, hits.columns(rays.n));
+    emulate_rays(rays.n, first_hit_of_thread<P, Where>, scene, rays, where, hits.columns(rays.n));
     return hits;
   }
 
-  std::vector<char> any() const {
+  std::vector<char> any(At at) const {
     std::vector<char> found(rays.n, 7);
-    emulate_rays(rays.n, any_hit_of_thread<P>, scene, rays, reinterpret_cast<bool*>(found.data()));
+    const auto kernel = at == At::entry ? any_hit_of_thread<P, At::entry> : any_hit_of_thread<P, At::closest>;
+    emulate_rays(rays.n, kernel, scene, rays, reinterpret_cast<bool*>(found.data()));
     return found;
   }
 
-  std::vector<std::int64_t> count() const {
+  std::vector<std::int64_t> count(At at) const {
     std::vector<std::int64_t> counts(rays.n, -7);
     if (has_repeats) {
-      const std::vector<std::int64_t> offsets = offsets_of_found(~0ull);
+      const std::vector<std::int64_t> offsets = offsets_of_found(at, ~0ull);
       std::vector<std::uint32_t> prims(std::size_t(offsets.back()));
-      emulate_rays(rays.n, count_prims_of_thread<P>, scene, rays, offsets.data(), prims.data(), counts.data());
+      emulate_rays(rays.n, count_prims_of_thread<P>, scene, rays, at, offsets.data(), prims.data(), counts.data());
     } else {
-      emulate_rays(rays.n, count_hits_of_thread<P>, scene, rays, ~0ull, counts.data());
+      emulate_rays(rays.n, counting_kernel(at), scene, rays, ~0ull, counts.data());
     }
     return counts;
   }
 
   /// All hits, or the k best.
-  template <At at, Keep keep>
-  OwnedHits list(std::uint64_t k = ~0ull) const {
+  template <Keep keep, class Where>
+  OwnedHits list(Where where, std::uint64_t k = ~0ull) const {
     OwnedHits lists, kept;
-    lists.offsets = offsets_of_found(k);
+    lists.offsets = offsets_of_found(where.at, k);
     kept.offsets.assign(rays.n + 1, 0);
     const DeviceHits columns = lists.columns(std::size_t(lists.offsets.back()));
     const DeviceLists found{lists.offsets.data(), columns, has_repeats ? kept.offsets.data() + 1 : nullptr};
-    emulate_rays(rays.n, list_hits_of_thread<P, at, keep>, scene, rays, found);
+    emulate_rays(rays.n, list_hits_of_thread<P, keep, Where>, scene, rays, where, found);
     if (!has_repeats) return lists;
     scan(kept.offsets, 1);
     const DeviceLists to{kept.offsets.data(), kept.columns(std::size_t(kept.offsets.back())), nullptr};
@@ -127,10 +128,14 @@ struct EmulatedDevice {
   }
 
  private:
+  static auto counting_kernel(At at) {
+    return at == At::entry ? count_hits_of_thread<P, At::entry> : count_hits_of_thread<P, At::closest>;
+  }
+
   /// Where the lists of all that rays find begin, up to k of each.
-  std::vector<std::int64_t> offsets_of_found(std::uint64_t k) const {
+  std::vector<std::int64_t> offsets_of_found(At at, std::uint64_t k) const {
     std::vector<std::int64_t> offsets(rays.n + 1, 0);
-    emulate_rays(rays.n, count_hits_of_thread<P>, scene, rays, k, offsets.data() + 1);
+    emulate_rays(rays.n, counting_kernel(at), scene, rays, k, offsets.data() + 1);
     scan(offsets, 1);
     return offsets;
   }

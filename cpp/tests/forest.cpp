@@ -203,11 +203,12 @@ int main() {
           check_points(forest);
           for (const Rays& rays : rays_of(scene.lines, forest.box)) {
             const RayBatch batch = rays.batch();
-            for (const At at : {At::closest, At::surface}) {
+            for (const At at : {At::closest, At::surface, At::entry}) {
               check_routes(forest, batch, at, progress);
               check_first_hits(forest, batch, at, progress);
             }
             check_lists(forest, batch, At::surface, Keep::first, ~0ull, progress);
+            check_lists(forest, batch, At::entry, Keep::first, ~0ull, progress);
             check_lists(forest, batch, At::closest, Keep::first, 3, progress);
             check_lists(forest, batch, At::closest, Keep::nearest, 5, progress);
           }

@@ -31,8 +31,8 @@ void check_answers(const fl::Tree& tree, const Rays& rays, const std::vector<std
     const fl::Ray ray = rays.one(i);
     const float radius = rays.radius[i];
     check(same(tree.first_hit(ray, radius, at), first_of(expected[i])), "first hit of one ray");
-    check(tree.any_hit(ray, radius) == !expected[i].empty(), "any hit of one ray");
-    check(tree.count_hits(ray, radius) == expected[i].size(), "number of hits of one ray");
+    check(tree.any_hit(ray, radius, at) == !expected[i].empty(), "any hit of one ray");
+    check(tree.count_hits(ray, radius, at) == expected[i].size(), "number of hits of one ray");
     check(same_lists(tree.all_hits(ray, radius, at), expected[i]), "all hits of one ray");
     check(same_lists(tree.next_hits(ray, radius, k, at), next_of(expected[i])), "next hits of one ray");
   }
@@ -77,7 +77,7 @@ void check_scene(const Scene& scene) {
                                 fl::Method::bvh_d2, fl::Method::kd_cl,  fl::Method::kd_d2};
   const Rays rays = fastlines::test::scattered(scene.lines, box, size);
   static std::size_t next = 0;
-  for (const fl::At at : {fl::At::closest, fl::At::surface}) {
+  for (const fl::At at : {fl::At::closest, fl::At::surface, fl::At::entry}) {
     fl::BuildOptions options;
     options.method = methods[next++ % std::size(methods)];
     check_answers(fl::build(segments, options), rays, expected_hits(prims, rays, at), at);

@@ -54,7 +54,7 @@ bool same_lists(const A& a, const B& b) {
 /// All hits of each ray by brute force.
 template <class P>
 std::vector<std::vector<fl::Hit>> expected_hits(const P& prims, const Rays& rays, fl::At at) {
-  const fastlines::At core_at = at == fl::At::surface ? fastlines::At::surface : fastlines::At::closest;
+  const auto core_at = fastlines::At(int(at));
   fastlines::Box box = fastlines::bounds_of_all(prims);
   const fastlines::BruteForce<P> brute{prims, fastlines::frame_of(box, fastlines::max_radius_of(prims))};
   std::vector<std::vector<fl::Hit>> found;
@@ -67,7 +67,7 @@ std::vector<std::vector<fl::Hit>> expected_hits(const P& prims, const Rays& rays
     typename fastlines::BruteForce<P>::Scratch scratch;
     brute(ray, list, scratch);
     list.finish();
-    if (at == fl::At::surface)
+    if (at != fl::At::closest)
       for (fl::Hit& hit : found.back()) hit.t_out = fastlines::exit_of(brute, ray, hit.prim);
   }
   return found;

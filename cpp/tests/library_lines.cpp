@@ -109,7 +109,7 @@ void check_ignored() {
   fl::Rays batch = rays.all();
   batch.ignore = lines;
   batch.ignore_strands = some_strands;
-  for (const fl::At at : {fl::At::closest, fl::At::surface}) {
+  for (const fl::At at : {fl::At::closest, fl::At::surface, fl::At::entry}) {
     auto expected = expected_hits(fastlines::Segments{hair}, rays, at);
     for (auto& hits : expected)
       std::erase_if(hits, [&](const fl::Hit& hit) {
@@ -128,8 +128,8 @@ void check_ignored() {
       const fl::Ray ray = batch[i];
       const fl::Hit nearest = of_ray.empty() ? fl::Hit() : of_ray[0];
       check(same(first[i], nearest) && same(tree.first_hit(ray, radius[i], at), nearest), "first hit of the others");
-      check(any[i] == !of_ray.empty() && tree.any_hit(ray, radius[i]) == !of_ray.empty(), "any hit of the others");
-      check(std::size_t(counts[i]) == of_ray.size() && tree.count_hits(ray, radius[i]) == of_ray.size(),
+      check(any[i] == !of_ray.empty() && tree.any_hit(ray, radius[i], at) == !of_ray.empty(), "any hit of the others");
+      check(std::size_t(counts[i]) == of_ray.size() && tree.count_hits(ray, radius[i], at) == of_ray.size(),
             "their number");
       check(same_lists(all[i], of_ray) && same_lists(tree.all_hits(ray, radius[i], at), of_ray), "all of the others");
       check(next[i].size() == std::min<std::size_t>(2, of_ray.size()), "the first ones of the others");

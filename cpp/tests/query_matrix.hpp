@@ -36,7 +36,7 @@ struct Hits {
 template <class Hits>
 void put(const Hits& hits, std::size_t i, At at, Answers& to) {
   for (const float x : {hits.t[i], hits.u[i], hits.distance[i]}) to.add(x);
-  if (at == At::surface) to.add(hits.t_out[i]);
+  if (has_exit(at)) to.add(hits.t_out[i]);
   to.add(std::int64_t(hits.prim[i]));
 }
 
@@ -54,7 +54,12 @@ constexpr Case kCases[] = {{"first", Ask::first, At::closest},
                            {"all", Ask::all, At::closest},
                            {"all at the surface", Ask::all, At::surface},
                            {"k nearest", Ask::k_nearest, At::closest},
-                           {"k nearest at the surface", Ask::k_nearest, At::surface}};
+                           {"k nearest at the surface", Ask::k_nearest, At::surface},
+                           {"first entry", Ask::first, At::entry},
+                           {"any entry", Ask::any, At::entry},
+                           {"count of entries", Ask::count, At::entry},
+                           {"all entries", Ask::all, At::entry},
+                           {"k nearest entries", Ask::k_nearest, At::entry}};
 constexpr std::size_t kNearest = 20;  // the k of the k nearest hits: more than a vector holds
 
 /// Answers queries by brute force. It stores first hits, flags and counts in place, and fills lists.
@@ -65,32 +70,28 @@ struct Brute {
   unsigned n_threads = 1;
   Progress& progress;
 
-  template <At at>
-  void first(const HitColumns& to) const {
+  void first(At at, const HitColumns& to) const {
     first_hits(search, rays, at, n_threads, progress, [&](std::size_t i, const Hit& hit) { to.set(i, hit); });
   }
-  void any(std::span<bool> to) const { any_hits(search, rays, n_threads, progress, to); }
-  void count(std::span<std::int64_t> to) const { count_hits(search, rays, n_threads, progress, to); }
-  template <At at>
-  void all(HitAssembler& to) const {
-    list_hits(search, rays, n_threads, progress, to, at);
-  }
-  template <At at>
-  void k_nearest(HitAssembler& to) const {
+  void any(At at, std::span<bool> to) const { any_hits(search, rays, at, n_threads, progress, to); }
+  void count(At at, std::span<std::int64_t> to) const { count_hits(search, rays, at, n_threads, progress, to); }
+  void all(At at, HitAssembler& to) const { list_hits(search, rays, n_threads, progress, to, at); }
+  void k_nearest(At at, HitAssembler& to) const {
     list_hits(search, rays, n_threads, progress, to, at, Keep::first, kNearest);
   }
 };
 
-template <At at, class Backend>
-Answers answer(const Backend& backend, Ask query) {
+template <class Backend>
+Answers answer(const Backend& backend, const Case& test_case) {
+  const auto [name, query, at] = test_case;
   const std::size_t n = backend.rays.size();
   Answers answers;
   if (query == Ask::all || query == Ask::k_nearest) {
-    HitAssembler lists(n, at == At::surface);
+    HitAssembler lists(n, has_exit(at));
     if (query == Ask::all)
-      backend.template all<at>(lists);
+      backend.all(at, lists);
     else
-      backend.template k_nearest<at>(lists);
+      backend.k_nearest(at, lists);
     const auto offsets = lists.offsets();
     for (std::size_t ray = 0; ray < n; ++ray) {
       for (auto i = std::size_t(offsets[ray]); i < std::size_t(offsets[ray + 1]); ++i) put(lists, i, at, answers);
@@ -100,9 +101,9 @@ Answers answer(const Backend& backend, Ask query) {
   }
   Hits hits(n);
   const std::unique_ptr<bool[]> found(new bool[n]);
-  if (query == Ask::first) backend.template first<at>(hits.columns());
-  if (query == Ask::any) backend.any({found.get(), n});
-  if (query == Ask::count) backend.count(hits.prim);
+  if (query == Ask::first) backend.first(at, hits.columns());
+  if (query == Ask::any) backend.any(at, {found.get(), n});
+  if (query == Ask::count) backend.count(at, hits.prim);
   for (std::size_t ray = 0; ray < n; ++ray) {
     if (query == Ask::first) put(hits, ray, at, answers);
     if (query == Ask::any) answers.add(std::int64_t(found[ray]));
@@ -110,12 +111,6 @@ Answers answer(const Backend& backend, Ask query) {
     answers.end();
   }
   return answers;
-}
-
-template <class Backend>
-Answers answer(const Backend& backend, const Case& test_case) {
-  return test_case.at == At::surface ? answer<At::surface>(backend, test_case.query)
-                                     : answer<At::closest>(backend, test_case.query);
 }
 
 /// The tree of method "best".

@@ -39,23 +39,22 @@ struct Found {
 
 /// The definition, at the surface.
 template <class Search>
-Found search_all(const Search& search, const RayBatch& rays, Progress& progress) {
+Found search_all(const Search& search, const RayBatch& rays, At at, Progress& progress) {
   Found found(rays.size());
-  first_hits(search, rays, At::surface, 1, progress,
-             [&](std::size_t i, const Hit& hit) { found.columns().set(i, hit); });
-  count_hits(search, rays, 1, progress, found.count);
+  first_hits(search, rays, at, 1, progress, [&](std::size_t i, const Hit& hit) { found.columns().set(i, hit); });
+  count_hits(search, rays, at, 1, progress, found.count);
   HitAssembler lists(rays.size(), true);
-  list_hits(search, rays, 1, progress, lists, At::surface);
+  list_hits(search, rays, 1, progress, lists, at);
   found.add(lists);
   return found;
 }
 
-Found run_kernel(const WideBvhView<Tubes>& view, const RayBatch& rays, Kernel kernel, Progress& progress) {
+Found run_kernel(const WideBvhView<Tubes>& view, const RayBatch& rays, Kernel kernel, At at, Progress& progress) {
   Found found(rays.size());
-  run_batch(view, rays, kernel, FirstHitQuery<Tubes, At::surface>{view, found.columns()}, 1, progress);
-  run_batch(view, rays, kernel, CountHitsQuery{found.count.data()}, 1, progress);
+  run_batch(view, rays, kernel, FirstHitQuery<Tubes, SurfaceAt>{view, found.columns(), SurfaceAt(at)}, 1, progress);
+  run_batch(view, rays, kernel, CountHitsQuery{found.count.data(), at}, 1, progress);
   HitAssembler lists(rays.size(), true);
-  run_lists(view, rays, kernel, AllHitsQuery<Tubes>(view, At::surface), 1, progress, lists);
+  run_lists(view, rays, kernel, AllHitsQuery<Tubes>(view, at), 1, progress, lists);
   found.add(lists);
   return found;
 }
@@ -96,11 +95,13 @@ std::size_t check_scene(const Scene& scene, Random& random) {
     for (const float radius : {0.0f, 0.01f}) {
       const float t_min = 0.0f, t_max = kInfinity;
       const RayBatch rays{origins, directions, {&radius, 1}, {&t_min, 1}, {&t_max, 1}};
-      const Found expected = search_all(brute, rays, progress);
-      n_hits += expected.all.size();
-      check(search_all(binary, rays, progress) == expected, "the binary tree answers as brute force does");
-      for (const Kernel kernel : kKernels)
-        check(run_kernel(view, rays, kernel, progress) == expected, "a kernel answers as brute force does");
+      for (const At at : {At::surface, At::entry}) {
+        const Found expected = search_all(brute, rays, at, progress);
+        n_hits += expected.all.size();
+        check(search_all(binary, rays, at, progress) == expected, "the binary tree answers as brute force does");
+        for (const Kernel kernel : kKernels)
+          check(run_kernel(view, rays, kernel, at, progress) == expected, "a kernel answers as brute force does");
+      }
     }
   }
   return n_hits;

@@ -94,7 +94,7 @@ Answer answer(const WideBvhView<Segments>& tree, const RayBatch& rays, Kernel ke
   std::vector<float> t(kRays), u(kRays), distance(kRays), t_out(kRays);
   std::vector<std::int64_t> prim(kRays);
   const HitColumns to{t.data(), prim.data(), u.data(), distance.data(), t_out.data()};
-  run_batch(tree, rays, kernel, FirstHitQuery<Segments, At::surface>{tree, to}, n_threads, progress);
+  run_batch(tree, rays, kernel, FirstHitQuery<Segments, SurfaceAt>{tree, to}, n_threads, progress);
   for (const auto* column : {&t, &u, &distance, &t_out}) answer.add(*column, kRays);
   answer.add(prim, kRays);
   const std::unique_ptr<bool[]> any(new bool[kRays]);
@@ -104,7 +104,8 @@ Answer answer(const WideBvhView<Segments>& tree, const RayBatch& rays, Kernel ke
   answer.add(prim, kRays);
   HitAssembler all(kRays, true), next(kRays, false);
   run_lists(tree, rays, kernel, AllHitsQuery<Segments>(tree, At::surface), n_threads, progress, all);
-  run_lists(tree, rays, kernel, KNearestQuery<Segments, At::closest>(tree, kNearest), n_threads, progress, next);
+  run_lists(tree, rays, kernel, KNearestQuery<Segments, FixedAt<At::closest>>(tree, kNearest), n_threads, progress,
+            next);
   answer.add(all);
   answer.add(next);
   return answer;
@@ -116,7 +117,7 @@ Answer answer(const BinaryTraversal<Segments>& search, const RayBatch& rays, uns
   std::vector<Hit> hits(kRays);
   std::vector<std::int64_t> n_hits(kRays);
   first_hits(search, rays, At::closest, n_threads, progress, [&](std::size_t i, const Hit& hit) { hits[i] = hit; });
-  count_hits(search, rays, n_threads, progress, n_hits);
+  count_hits(search, rays, At::closest, n_threads, progress, n_hits);
   for (const Hit& hit : hits) answer.add(std::span(&hit.t, 1), 1);
   answer.add(n_hits, kRays);
   HitAssembler all(kRays, false);

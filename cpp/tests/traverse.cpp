@@ -84,8 +84,8 @@ std::size_t check_all_hits(const Traversed<P>& of, float spread) {
   std::size_t n_hits = 0;
   for (int i = 0; i < 200; ++i) {
     const auto ray = prepare_for<P>(some_query(random, spread), of.view.frame);
-    for (const At at : {At::closest, At::surface}) {
-      if (kHasSpread<P> && at == At::surface) continue;
+    for (const At at : {At::closest, At::surface, At::entry}) {
+      if (kHasSpread<P> && has_exit(at)) continue;
       const std::vector<Hit> got = traverse_all(of.view, ray, at);
       check(is_brute_force(of, ray, at, got), "a traversal reports all hits");
       n_hits += got.size();

@@ -23,6 +23,7 @@ class TubeTest {
 
   [[gnu::always_inline]] ClosestApproach<N> entry() const { return test_.entry(); }
   [[gnu::always_inline]] N exit() const { return test_.exit(); }
+  [[gnu::always_inline]] MaskOf<N> enters(const ClosestApproach<N>& entry) const { return test_.enters(entry); }
 
  private:
   GrownRay<N, R> ray_;

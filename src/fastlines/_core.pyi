@@ -157,7 +157,7 @@ def first_hit(
         NDArray[numpy.float32],
         NDArray[numpy.float32] | None,
     ],
-    surface: bool,
+    at: str,
     n_threads: int,
     progress: object | None,
 ) -> tuple[
@@ -178,6 +178,7 @@ def any_hit(
         NDArray[numpy.float32],
         NDArray[numpy.float32] | None,
     ],
+    at: str,
     n_threads: int,
     progress: object | None,
 ) -> NDArray[numpy.bool_]: ...
@@ -192,6 +193,7 @@ def count_hits(
         NDArray[numpy.float32],
         NDArray[numpy.float32] | None,
     ],
+    at: str,
     n_threads: int,
     progress: object | None,
 ) -> NDArray[numpy.int64]: ...
@@ -206,7 +208,7 @@ def list_hits(
         NDArray[numpy.float32],
         NDArray[numpy.float32] | None,
     ],
-    surface: bool,
+    at: str,
     k: int | None,
     by_distance: bool,
     n_threads: int,
@@ -277,7 +279,7 @@ def crossings(
     pieces: NDArray[numpy.int64],
     owner: NDArray[numpy.int64] | None,
     is_complete: bool,
-    surface: bool,
+    at: str,
     k: int | None,
     by_distance: bool,
     n_threads: int,
@@ -308,7 +310,7 @@ def crossings(
     pieces: NDArray[numpy.int64],
     owner: NDArray[numpy.int64] | None,
     is_complete: bool,
-    surface: bool,
+    at: str,
     k: int | None,
     by_distance: bool,
     n_threads: int,
@@ -418,7 +420,7 @@ class FirstHitWalk(Walk):
             NDArray[numpy.float32] | None,
         ],
         routes: RayRoutes,
-        surface: bool,
+        with_t_out: bool,
         n_threads: int,
     ) -> None: ...
     def take(
@@ -496,7 +498,7 @@ class NextHitWalk(Walk):
         ],
         routes: RayRoutes,
         k: int,
-        surface: bool,
+        with_t_out: bool,
         n_threads: int,
     ) -> None: ...
     def take(
@@ -579,7 +581,7 @@ class Visit:
         ],
     ) -> None: ...
     def merge(
-        self, surface: bool, k: int | None, by_distance: bool, progress: object | None
+        self, with_t_out: bool, k: int | None, by_distance: bool, progress: object | None
     ) -> tuple[
         NDArray[numpy.int64],
         tuple[

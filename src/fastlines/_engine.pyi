@@ -57,7 +57,7 @@ def first_hit(
         NDArray[numpy.float32],
         NDArray[numpy.float32] | None,
     ],
-    surface: bool,
+    at: str,
     kernel: int,
     n_threads: int,
     progress: object | None,
@@ -79,6 +79,7 @@ def any_hit(
         NDArray[numpy.float32],
         NDArray[numpy.float32] | None,
     ],
+    at: str,
     kernel: int,
     n_threads: int,
     progress: object | None,
@@ -94,6 +95,7 @@ def count_hits(
         NDArray[numpy.float32],
         NDArray[numpy.float32] | None,
     ],
+    at: str,
     kernel: int,
     n_threads: int,
     progress: object | None,
@@ -109,7 +111,7 @@ def list_hits(
         NDArray[numpy.float32],
         NDArray[numpy.float32] | None,
     ],
-    surface: bool,
+    at: str,
     k: int | None,
     by_distance: bool,
     kernel: int,
@@ -213,6 +215,45 @@ def ray_routes(
     n_threads: int,
     progress: object | None,
 ) -> fastlines._core.RayRoutes: ...
+def hit_points(
+    axes: tuple[
+        NDArray[numpy.float32],
+        tuple[
+            NDArray[numpy.float32],
+            NDArray[numpy.float32] | None,
+            NDArray[numpy.int64],
+            NDArray[numpy.float32],
+            NDArray[numpy.float32],
+        ]
+        | None,
+    ],
+    places: tuple[NDArray[numpy.int64], NDArray[numpy.float64], NDArray[numpy.float64], NDArray[numpy.int64] | None],
+    rays: tuple[
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+    ],
+    surface: bool,
+    n_threads: int,
+    progress: object | None,
+) -> NDArray[numpy.float64]: ...
+def hit_normals(
+    axes: tuple[
+        NDArray[numpy.float32],
+        tuple[
+            NDArray[numpy.float32],
+            NDArray[numpy.float32] | None,
+            NDArray[numpy.int64],
+            NDArray[numpy.float32],
+            NDArray[numpy.float32],
+        ]
+        | None,
+    ],
+    places: tuple[NDArray[numpy.int64], NDArray[numpy.float64], NDArray[numpy.float64], NDArray[numpy.int64] | None],
+    rays: tuple[
+        NDArray[numpy.float32],
 def hair_evaluate(
     material: Sequence[float],
     to_eye: NDArray[numpy.float32],
@@ -233,7 +274,7 @@ def hair_sample(
     tangents: NDArray[numpy.float32],
     h: NDArray[numpy.float32],
     u4: NDArray[numpy.float32],
-) -> tuple: ...
+) -> tuple[NDArray[numpy.float32], NDArray[numpy.float32], NDArray[numpy.float32]]: ...
 def averaged_hair(
     material: Sequence[float],
     azimuths: NDArray[numpy.float32],
@@ -247,4 +288,120 @@ def averaged_attenuations(
     azimuths: NDArray[numpy.float32],
     inclinations: NDArray[numpy.float32],
     sin_theta: NDArray[numpy.float32],
-) -> tuple: ...
+) -> tuple[NDArray[numpy.float32], NDArray[numpy.float32]]: ...
+def sample_numbers(
+    index: int, seeds: NDArray[numpy.uint32], dimension: int, count: int
+) -> list[NDArray[numpy.float32]]: ...
+def scatter_paths(
+    scene: tuple[NDArray[numpy.float32], Sequence[float], Sequence[float], float],
+    step: tuple[int, int, int],
+    vertices: tuple[
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+    ],
+    paths: tuple[NDArray[numpy.int64], NDArray[numpy.float32], NDArray[numpy.uint32]],
+) -> tuple[
+    list[
+        tuple[
+            NDArray[numpy.int64],
+            NDArray[numpy.float32],
+            NDArray[numpy.float32],
+            NDArray[numpy.float32],
+            NDArray[numpy.float32],
+        ]
+    ],
+    tuple[
+        NDArray[numpy.int64],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+    ],
+    surface: bool,
+    n_threads: int,
+    progress: object | None,
+) -> NDArray[numpy.float64]: ...
+def hit_tangents(
+    axes: tuple[
+        NDArray[numpy.float32],
+        tuple[
+            NDArray[numpy.float32],
+            NDArray[numpy.float32] | None,
+            NDArray[numpy.int64],
+            NDArray[numpy.float32],
+            NDArray[numpy.float32],
+        ]
+        | None,
+    ],
+    prim: NDArray[numpy.int64],
+    u: NDArray[numpy.float64],
+    n_threads: int,
+    progress: object | None,
+) -> NDArray[numpy.float64]: ...
+def hit_radii(
+    axes: tuple[
+        NDArray[numpy.float32],
+        tuple[
+            NDArray[numpy.float32],
+            NDArray[numpy.float32] | None,
+            NDArray[numpy.int64],
+            NDArray[numpy.float32],
+            NDArray[numpy.float32],
+        ]
+        | None,
+    ],
+    prim: NDArray[numpy.int64],
+    u: NDArray[numpy.float64],
+    n_threads: int,
+    progress: object | None,
+) -> NDArray[numpy.float64]: ...
+def hit_frames(
+    axes: tuple[
+        NDArray[numpy.float32],
+        tuple[
+            NDArray[numpy.float32],
+            NDArray[numpy.float32] | None,
+            NDArray[numpy.int64],
+            NDArray[numpy.float32],
+            NDArray[numpy.float32],
+        ]
+        | None,
+    ],
+    places: tuple[NDArray[numpy.int64], NDArray[numpy.float64], NDArray[numpy.float64], NDArray[numpy.int64] | None],
+    rays: tuple[
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+    ],
+    lift: float,
+    n_threads: int,
+    progress: object | None,
+) -> tuple[
+    NDArray[numpy.float32],
+    NDArray[numpy.float32],
+    NDArray[numpy.float32],
+    NDArray[numpy.float32],
+    NDArray[numpy.float32],
+]: ...
+    int,
+]: ...
+def add_offered(
+    light: NDArray[numpy.float32],
+    path: NDArray[numpy.int64],
+    vertex: NDArray[numpy.int64],
+    offered: NDArray[numpy.float32],
+    free: NDArray[numpy.bool_],
+) -> None: ...
+def add_sky(
+    light: NDArray[numpy.float32],
+    path: NDArray[numpy.int64],
+    weight: NDArray[numpy.float32],
+    directions: NDArray[numpy.float32],
+    away: NDArray[numpy.bool_],
+    sky: Sequence[float],
+) -> None: ...

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import threading
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import CancelledError, ThreadPoolExecutor
 from contextlib import contextmanager
 from typing import TypeVar
 
@@ -18,7 +18,7 @@ _Result = TypeVar("_Result")
 
 _n_threads: int | None = None
 
-#: What holds for one thread alone: `n_threads` of its batch calls, in those of `map_in_threads`.
+#: What holds for one thread alone: `n_threads` of its batch calls, in those of `map_in_threads`, and `ended` of these.
 _own = threading.local()
 
 
@@ -74,16 +74,24 @@ def map_in_threads(
     """Call a function with each of some items in several threads, and yield what it returns in the order of the items.
 
     There are no more than `at_most` calls at a time. Batch calls within them share the number of threads. If the
-    iteration ends early, no further call begins.
+    iteration ends early, no further call begins, and those that run end at their next batch call.
     """
     several = list(items)
     n_calls = min(get_num_threads(), len(several), at_most)
     if n_calls <= 1:
         yield from map(function, several)
         return
-    each = get_num_threads() // n_calls
-    pool = ThreadPoolExecutor(n_calls, "fastlines", initializer=lambda: setattr(_own, "n_threads", each))
+    ended, each = threading.Event(), get_num_threads() // n_calls
+    pool = ThreadPoolExecutor(n_calls, "fastlines", initializer=lambda: vars(_own).update(n_threads=each, ended=ended))
     try:
         yield from pool.map(function, several)
     finally:
+        ended.set()
         pool.shutdown(cancel_futures=True)
+
+
+def check_wanted() -> None:
+    """Raise CancelledError in a call of `map_in_threads` whose result nobody waits for."""
+    ended: threading.Event | None = getattr(_own, "ended", None)
+    if ended is not None and ended.is_set():
+        raise CancelledError

@@ -223,5 +223,6 @@ def test_ctrl_c_while_several_threads_draw(n_interrupts, tree_file):
             time.sleep(0.05)
         _, errors = process.communicate(timeout=HANGS)
     assert process.returncode in ((130,) if n_interrupts == 1 else (130, -signal.SIGINT))
-    assert re.search(r"^stopped after \d+ of 10000 samples a pixel; the same command with --resume goes on", errors)
+    sentence = r"^stopped after \d+ of 10000 samples a pixel; the same command with --resume goes on"
+    assert re.search(sentence, errors, re.MULTILINE)
     assert names() == [tree_file, "x.png", "x.png.npz"]

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 from support import nasty
-from support.answers import WITH_AT, assert_same, cases, options, question
+from support.answers import PLACES, assert_same, cases, options, question
 from support.builds import ALL_KINDS
 from support.emulated_device import TUNINGS, EmulatedDevice
 from support.nasty import spreads
@@ -28,9 +28,9 @@ KINDS = [kind for kind in ALL_KINDS if kind != "one's own"]
 LINES = ("segments", "round cones", "spheres", "curves")
 #: Queries, and their arguments.
 QUESTIONS: list[tuple[QueryName, dict[str, Any]]] = [
-    (query, ({} if at is None else {"at": at}) | how)
+    (query, {"at": at} | how)
     for query in QUERIES
-    for at in (("closest", "surface") if query in WITH_AT else (None,))
+    for at in PLACES[query]
     for how in ([{}, *({"k": k, "rank": rank} for k, rank in product((0, 1, 3, 40), ("t", "distance")))])
     if (query == "next_hits") == ("k" in how)
 ]
@@ -93,7 +93,7 @@ def test_rays_with_a_spread(kind: str, name: str, device: EmulatedDevice) -> Non
     geometry = ALL_KINDS[kind](case.segments)
     tree = fl.build(geometry).to("cuda")
     for query, how in QUESTIONS:
-        if how.get("at") != "surface":
+        if how["at"] == "closest":
             expected = fl.brute_force(geometry, **asked, query=query, **how)
             assert_same(getattr(tree, query)(**asked, **how), expected, f"{query}, {how}")
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.answers import WITH_AT
+from support.answers import PLACES
 from support.emulated_device import DeviceArray, EmulatedDevice
 
 import fastlines as fl
@@ -65,8 +65,8 @@ def assert_same(got: Any, expected: Any) -> None:
 def test_answers_are_those_on_the_host(query: str, device: EmulatedDevice) -> None:
     tree = TREE.to("cuda")
     bounds = {"t_min": -0.5, "t_max": RANDOM.uniform(0, 3, (8, 9)).astype(np.float32)}
-    for at in ("closest", "surface") if query in WITH_AT else (None,):
-        how: dict[str, Any] = ({} if at is None else {"at": at}) | ({"k": 2} if query == "next_hits" else {})
+    for at in PLACES[query]:
+        how: dict[str, Any] = {"at": at} | ({"k": 2} if query == "next_hits" else {})
         for directions, radius in ((DIRECTIONS, None), (DIRECTIONS[0, 0], 0.03), (DIRECTIONS, np.full((8, 9), 0.1))):
             expected = getattr(TREE, query)(ORIGINS, directions, radius, **bounds, **how)
             device.uploaded.clear()

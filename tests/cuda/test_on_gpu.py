@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from support import nasty
-from support.answers import WITH_AT, assert_same, cases, options, question
+from support.answers import PLACES, assert_same, cases, options, question
 from support.builds import ALL_KINDS
 from support.emulated_device import TUNINGS
 
@@ -39,8 +39,8 @@ def test_answers_are_those_of_brute_force(kind: str, name: str) -> None:
     geometry = ALL_KINDS[kind](case.segments)
     tree = fl.build(geometry).to("cuda")
     for query in QUERIES:
-        for at in ("closest", "surface") if query in WITH_AT else (None,):
-            how = options(query) | ({} if at is None else {"at": at})
+        for at in PLACES[query]:
+            how = options(query) | {"at": at}
             expected = fl.brute_force(geometry, **asked, query=query, **how)  # type: ignore[arg-type]
             assert_same(getattr(tree, query)(**asked, **how), expected, f"{query}, {how}")
 
@@ -52,8 +52,8 @@ def test_tuning_changes_no_answer(tuning: dict[str, int], monkeypatch: pytest.Mo
     tree = fl.build(TREE.geometry)
     for radius in (0.001, 0.1):
         for query in QUERIES:
-            for at in ("closest", "surface") if query in WITH_AT else (None,):
-                how = options(query) | ({} if at is None else {"at": at})
+            for at in PLACES[query]:
+                how = options(query) | {"at": at}
                 answers = (
                     getattr(tree.to(where), query)(ORIGINS, DIRECTIONS, radius, **how) for where in ("cuda", "cpu")
                 )

@@ -8,10 +8,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import pytest
-from support.answers import assert_same, options
+from support.answers import PLACES, assert_same, options
 from support.slow import few_of
 
 import fastlines as fl
+from fastlines.query.queries import QUERIES
 
 Array = npt.NDArray[Any]
 
@@ -74,8 +75,8 @@ def test_coherent_rays(seed: int, kind: str) -> None:
             "t_min": rng.choice([0, -np.inf, 0.3]),
             "t_max": rng.choice([np.inf, 0.5, 1]),
         }
-        for query in ("first_hit", "all_hits", "next_hits"):
-            for at in ("closest", "surface"):
+        for query in QUERIES:
+            for at in PLACES[query]:
                 how = {**asked, "at": at} | options(query)
                 expected = fl.brute_force(segments, *rays, query=query, **how)
                 for simd in fl.available_simd():

@@ -48,6 +48,29 @@ def test_trees_and_answers_are_those_of_python(library: Library, lines: fl.Lines
         assert (hit.t, hit.prim, hit.t_out) == (expected.t[i], expected.prim[i], expected.t_out[i])
 
 
+def test_rays_that_start_in_lines_enter_others(library: Library, lines: fl.Lines) -> None:
+    rng = np.random.default_rng(2)
+    ends = lines.segments[rng.integers(0, len(lines), 500)]
+    origins = ends.mean(axis=1)
+    directions = rng.normal(size=origins.shape).astype(np.float32)
+    radius = 0.05
+    tree, mine = library.build(lines), fl.build(lines)
+    rays = Rays(len(origins), pointer(origins), pointer(directions), radius=radius)
+    entries = mine.all_hits(origins, directions, radius, at="entry")
+    assert 100 < len(entries) < len(mine.all_hits(origins, directions, radius)) - 400
+    for name, found in tree.all_hits(rays, at=2).items():
+        np.testing.assert_array_equal(found, getattr(entries, name), err_msg=name)
+    np.testing.assert_array_equal(tree.counts(rays, at=2), entries.counts)
+    np.testing.assert_array_equal(tree.any_hits(rays, at=2), entries.counts > 0)
+    np.testing.assert_array_equal(tree.counts(rays, at=1), tree.counts(rays, at=0))
+    first = mine.first_hit(origins, directions, radius, at="entry")
+    for name, found in zip(("t", "prim", "u", "distance", "t_out"), tree.first_hits(rays, at=2), strict=True):
+        np.testing.assert_array_equal(found, getattr(first, name), err_msg=name)
+    assert np.isinf(tree.first_hits(rays, at=0)[-1]).all()
+    with pytest.raises(RuntimeError, match="unknown fl_at; expected FL_CLOSEST, FL_SURFACE or FL_ENTRY"):
+        tree.counts(rays, at=3)
+
+
 def test_a_file_has_the_offset_of_its_lines(library: Library, tmp_path: Path) -> None:
     lines = fl.Lines.from_segments([[[5e5, 4e6, 0], [5e5 + 2, 4e6, 0]]], offset="auto")
     fl.build(lines).save(tmp_path / "far.flt")
@@ -248,13 +271,13 @@ def test_null_pointers_are_refused_by_name(library: Library, lines: fl.Lines) ->
         ("fl_get_facts", [tree, room], {0: "tree", 1: "facts"}),
         ("fl_first_hit", [tree, c.byref(ray), radius, 0, room], {0: "tree", 1: "ray", 4: "hit"}),
         ("fl_get_place", [tree, c.byref(ray), radius, room, room], {0: "tree", 1: "ray", 3: "hit", 4: "place"}),
-        ("fl_any_hit", [tree, c.byref(ray), radius, room], {0: "tree", 1: "ray", 3: "found"}),
-        ("fl_count_hits", [tree, c.byref(ray), radius, room], {0: "tree", 1: "ray", 3: "n"}),
+        ("fl_any_hit", [tree, c.byref(ray), radius, 0, room], {0: "tree", 1: "ray", 4: "found"}),
+        ("fl_count_hits", [tree, c.byref(ray), radius, 0, room], {0: "tree", 1: "ray", 4: "n"}),
         ("fl_all_hits", [tree, c.byref(ray), radius, 0, room, n, room], {0: "tree", 1: "ray", 4: "hits", 6: "n"}),
         ("fl_next_hits", [tree, c.byref(ray), radius, 0, n, 0, room, room], {0: "tree", 1: "ray", 6: "hits", 7: "n"}),
-        ("fl_first_hits", [tree, c.byref(rays), *[None] * 5], {0: "tree", 1: "rays"}),
-        ("fl_any_hits", [tree, c.byref(rays), room], {0: "tree", 1: "rays", 2: "found"}),
-        ("fl_counts", [tree, c.byref(rays), room], {0: "tree", 1: "rays", 2: "n"}),
+        ("fl_first_hits", [tree, c.byref(rays), 0, *[None] * 5], {0: "tree", 1: "rays"}),
+        ("fl_any_hits", [tree, c.byref(rays), 0, room], {0: "tree", 1: "rays", 3: "found"}),
+        ("fl_counts", [tree, c.byref(rays), 0, room], {0: "tree", 1: "rays", 3: "n"}),
         ("fl_list_hits", [tree, c.byref(rays), n, 0, 0, c.byref(made)], {0: "tree", 1: "rays", 5: "lists"}),
         ("fl_refit", [tree, point, n, 0, c.byref(made)], {0: "tree", 1: "the array of lines", 4: "refitted"}),
         ("fl_refit_round_cones", [tree, point, n, 0, c.byref(made)], {0: "tree", 4: "refitted"}),
@@ -266,7 +289,7 @@ def test_null_pointers_are_refused_by_name(library: Library, lines: fl.Lines) ->
                 library.call(name, *given)
     for nothing in (Rays(1, None, point), Rays(1, point, None), Rays(2**64 - 1, point, point)):
         with pytest.raises(RuntimeError, match=r"is NULL|2\^32"):
-            library.call("fl_counts", tree, c.byref(nothing), room)
+            library.call("fl_counts", tree, c.byref(nothing), 0, room)
     for count in (2**64 - 1, 2**63):
         with pytest.raises(RuntimeError, match="more than a tree can index"):
             library.call("fl_build", point, c.c_size_t(count), None, c.byref(made))

@@ -9,6 +9,7 @@ from functools import partial
 import pytest
 from support.patience import HANGS
 
+import fastlines as fl
 from fastlines.threads import get_num_threads, map_in_threads, num_threads
 
 
@@ -80,3 +81,20 @@ def test_no_call_begins_after_an_early_end():
     n_called = len(called)
     time.sleep(0.05)
     assert len(called) == n_called
+
+
+def test_calls_that_nobody_waits_for_end_at_their_next_query():
+    """One call fails while another one asks a tree over and over, which would go on forever."""
+    tree, asks = fl.build([[[0, 0, 0], [1, 0, 0]]]), threading.Event()
+
+    def call(index):
+        if index == 0:
+            assert asks.wait(HANGS)
+            raise ValueError("the first call fails")
+        for _ in iter(int, 1):
+            tree.any_hit([0, 0, 1], [0, 0, -1], 0.1)
+            asks.set()
+
+    with num_threads(2), pytest.raises(ValueError, match="the first call fails"):
+        list(map_in_threads(call, range(2)))
+    assert tree.any_hit([0, 0, 1], [0, 0, -1], 0.1)

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 from support import nasty
-from support.answers import WITH_AT, assert_same, cases, options, question
+from support.answers import PLACES, assert_same, cases, options, question
 from support.builds import ALL_KINDS, BUILDS, KINDS, METHODS, build
 
 import fastlines as fl
@@ -20,9 +20,9 @@ N_SEEDS = {"segments": 4, "round cones": 2, "a mixture": 2}
 N_THREADS = (1, 3)
 #: Queries, and their arguments.
 QUESTIONS: list[tuple[QueryName, dict[str, Any]]] = [
-    (query, ({} if at is None else {"at": at}) | how)
+    (query, {"at": at} | how)
     for query in QUERIES
-    for at in (("closest", "surface") if query in WITH_AT else (None,))
+    for at in PLACES[query]
     for how in ([options(query), {"k": 2, "rank": "distance"}] if query == "next_hits" else [{}])
 ]
 #: Kernels and instruction sets; the binary tree has one text for all.

@@ -26,6 +26,7 @@ SURFACE: list[tuple[QueryName, dict[str, Any]]] = [
     ("first_hit", {"at": "surface"}),
     ("all_hits", {"at": "surface", "merge": "strand"}),
     ("next_hits", {"k": 2, "at": "surface", "rank": "distance"}),
+    *((query, {"at": "entry"}) for query in ("first_hit", "any_hit", "count_hits", "all_hits")),
 ]
 
 
@@ -135,7 +136,7 @@ def test_what_is_ignored_and_what_was_not_selected_are_the_same() -> None:
         kept = np.setdiff1d(np.arange(len(geometry)), left_out)
         rays = asked(rng, geometry, PLACE)
         question = {name: rays[name] for name in ("origins", "directions")}
-        for at in ("closest", "surface"):
+        for at in ("closest", "surface", "entry"):
             few = fl.build(geometry[kept]).first_hit(**question, radius=0.1, at=at)
             hits = fl.build(geometry).first_hit(**question, radius=0.1, at=at, ignore=left_out)
             assert np.where(few.hit, kept[few.prim], -1).tolist() == hits.prim.tolist()

@@ -37,6 +37,8 @@ def crossings_of(curves: fl.Curves, rays: dict[str, Any], at: str) -> list[list[
     lines, curve = curves.pieces.lines, curves.pieces.curve
     closest = fl.brute_force(lines, **rays, query="all_hits")
     surface = fl.brute_force(lines, **rays, query="all_hits", at="surface")
+    entries = fl.brute_force(lines, **rays, query="all_hits", at="entry")
+    entered = set(zip(entries.ray, entries.prim, strict=True))
     radius = np.zeros((len(lines), 2)) if lines.radius is None else lines.radius.astype(np.float64)
     found = []
     for ray in range(len(rays["origins"])):
@@ -60,7 +62,9 @@ def crossings_of(curves: fl.Curves, rays: dict[str, Any], at: str) -> list[list[
 
             best = min((near[surface.prim[i]] for i in group), key=gap)
             first = min(group, key=lambda i: (surface.t[i], surface.prim[i]))
-            which, i = (surface, first) if at == "surface" else (closest, best)
+            if at == "entry" and not all((ray, surface.prim[i]) in entered for i in group):
+                continue
+            which, i = (closest, best) if at == "closest" else (surface, first)
             of_ray.append(Crossing(which.t[i], which.prim[i], which.u[i], closest.distance[best], end))
         found.append(sorted(of_ray))
     return found
@@ -76,7 +80,7 @@ def assert_are(hits: Any, expected: list[list[Crossing]], curves: fl.Curves) -> 
         assert np.array_equal(getattr(hits, name), np.array([getattr(c, name) for c in flat], np.float32)), name
 
 
-@pytest.mark.parametrize("at", ["closest", "surface"])
+@pytest.mark.parametrize("at", ["closest", "surface", "entry"])
 @pytest.mark.parametrize("taper", [False, True])
 @pytest.mark.parametrize("radius", [0.1, 0.5])
 def test_crossings_are_those_of_their_definition(radius: float, taper: bool, at: str) -> None:
@@ -106,18 +110,19 @@ def test_all_queries_agree(case: str) -> None:
     if case == "ignore":
         rays["ignore"] = np.arange(0, 40, 3)
     tree = fl.build(geometry)
-    for at in ("closest",) if case == "spread" else ("closest", "surface"):
+    for at in ("closest",) if case == "spread" else ("closest", "surface", "entry"):
         every = fl.brute_force(geometry, **rays, at=at)
         assert (np.bincount(every.ray * len(geometry) + every.prim_number) > 1).any()  # curves that are crossed again
         first = fl.brute_force(geometry, **rays, at=at, query="first_hit")
         hit = first.hit
         assert np.array_equal(hit, every.counts > 0)
-        for name in COLUMNS if at == "surface" else COLUMNS[:-1]:
+        for name in COLUMNS[:-1] if at == "closest" else COLUMNS:
             assert np.array_equal(getattr(first, name)[hit], getattr(every, name)[every.offsets[:-1][hit]]), name
         for kernel in KERNELS:
             assert_same(tree.all_hits(**rays, at=at, kernel=kernel), every)
             assert_same(tree.first_hit(**rays, at=at, kernel=kernel), first)
-            assert np.array_equal(tree.count_hits(**rays, kernel=kernel), every.counts)
+            assert np.array_equal(tree.count_hits(**rays, at=at, kernel=kernel), every.counts)
+            assert np.array_equal(tree.any_hit(**rays, at=at, kernel=kernel), hit)
             for k, rank in product((1, 4), ("t", "distance")):
                 asked = {**rays, "k": k, "at": at, "rank": rank}
                 expected = fl.brute_force(geometry, **asked, query="next_hits")

@@ -77,7 +77,7 @@ def test_parts_are_the_whole(name: str) -> None:
     assert all(40 * (len(a) + b.counts[0]) + 8 * (len(a.counts) + 1) > 40 * most + 8 for a, b in both), "not full"
 
 
-@pytest.mark.parametrize("at", ["closest", "surface"])
+@pytest.mark.parametrize("at", ["closest", "surface", "entry"])
 @pytest.mark.parametrize("kernel", ["auto", "single", "binary"])
 def test_the_same_with_every_option(at: str, kernel: str) -> None:
     per_ray = {"t_min": RNG.uniform(-1, 0, 300), "t_max": RNG.uniform(1, 2, 300), "radius": RNG.uniform(0, 0.2, 300)}

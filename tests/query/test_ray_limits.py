@@ -1,12 +1,14 @@
 """Limits of rays: hits up to them are found, whatever lies beyond, and nothing is clipped there."""
 
 from dataclasses import replace
+from typing import get_args
 
 import numpy as np
 import pytest
 from support.builds import KINDS
 
 import fastlines as fl
+from fastlines.query.at import At
 from fastlines.query.backend import KERNELS
 from fastlines.query.queries import check_query
 from fastlines.query.ray_arguments import RayArguments
@@ -31,7 +33,7 @@ def tree_and_rays(kind: str, spread: float) -> tuple[fl.Tree, RayBatch]:
 def test_hits_up_to_the_limit_are_found(kind: str, spread: float, kernel: str) -> None:
     tree, rays = tree_and_rays(kind, spread)
     backend = tree._backend(kernel, rays)
-    offsets, all_columns = backend.list_hits(rays, False, None, False, None)
+    offsets, all_columns = backend.list_hits(rays, "closest", None, False, None)
     counts = np.diff(offsets)
     hit = counts > 0
     rng = np.random.default_rng(5)
@@ -40,13 +42,14 @@ def test_hits_up_to_the_limit_are_found(kind: str, spread: float, kernel: str) -
     limit[hit] = all_columns[0][place]
     limited = replace(rays, limit=limit)
     # First hits are those without a limit, as it is the t of a hit.
-    for surface in (False,) if spread else (False, True):
-        wanted = backend.first_hit(rays, surface, None)
-        got = backend.first_hit(limited if not surface else replace(rays, limit=wanted[0]), surface, None)
+    places: tuple[At, ...] = get_args(At)
+    for at in places[:1] if spread else places:
+        wanted = backend.first_hit(rays, at, None)
+        got = backend.first_hit(limited if at == "closest" else replace(rays, limit=wanted[0]), at, None)
         for column, expected in zip(got, wanted, strict=True):
             assert column is expected is None or np.array_equal(column, expected)
     # Of the next ones, all up to the limit are there, with their ties.
-    got_offsets, got = backend.list_hits(limited, False, 1000, False, None)
+    got_offsets, got = backend.list_hits(limited, "closest", 1000, False, None)
     n_up_to = np.add.reduceat(np.append(all_columns[0] <= np.repeat(limit, counts), 0), offsets[:-1]) * hit
     assert (np.diff(got_offsets) >= n_up_to).all()
     assert n_up_to.sum() > 2 * hit.sum()
@@ -60,10 +63,10 @@ def test_hits_up_to_the_limit_are_found(kind: str, spread: float, kernel: str) -
 def test_a_limit_before_all_hits_saves_work(kernel: str) -> None:
     tree, rays = tree_and_rays("segments", 0.0)
     backend = tree._backend(kernel, rays)
-    first = backend.first_hit(rays, False, None)[0]
+    first = backend.first_hit(rays, "closest", None)[0]
     # A tenth of the way to the first hit: what is found lies beyond it, and may be nothing.
     nearer = replace(rays, limit=np.where(np.isfinite(first), first / 10, np.inf).astype(np.float32))
-    t, prim, *_ = backend.first_hit(nearer, False, None)
+    t, prim, *_ = backend.first_hit(nearer, "closest", None)
     assert ((prim == -1) | (t >= first)).all()
     assert (prim == -1).sum() > (first == np.inf).sum() or kernel == "bundle"
 

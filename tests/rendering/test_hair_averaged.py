@@ -117,15 +117,6 @@ def test_shapes_and_extreme_input():
         hair.evaluate(np.zeros(2), np.zeros(3), 0.0)
 
 
-def test_batches_do_not_matter(monkeypatch):
-    hair = AveragedHair(HairMaterial())
-    angles = random_angles(100, 3)
-    value, at_offset = hair.evaluate(*angles), evaluate_angles(hair.material, *angles, 0.3)
-    monkeypatch.setattr("fastlines.rendering.hair.frame.BATCH", 7)
-    assert hair.evaluate(*angles) == pytest.approx(value, rel=1e-5)
-    assert evaluate_angles(hair.material, *angles, 0.3) == pytest.approx(at_offset, rel=1e-12)
-
-
 def test_hair_is_a_value():
     assert AveragedHair(HairMaterial()) == AveragedHair(HairMaterial())
     assert "table" not in repr(AveragedHair(HairMaterial()))

@@ -19,9 +19,8 @@ MATERIALS = {
     "black glass": HairMaterial((1, 50, 1e6), 0.2, 0.6, eta=4, scale_tilt=20),
     "thin": HairMaterial((0, 0.01, 0.1), 0.6, 0.3, eta=1.001),
 }
-#: How much compiled code may differ, as a fraction of a fibre's largest value: rounding moves a lobe by about 2e-7, which
-#: is more of a narrow lobe.
-TOLERANCE = {"brown": 1e-5, "clear": 1e-5, "rough": 2e-6, "smooth": 4e-5, "black glass": 1e-5, "thin": 1e-5}
+#: How much compiled code may differ, as a fraction of a fibre's largest value.
+TOLERANCE = 1e-5
 
 
 def directions(rng, *shape):
@@ -30,7 +29,7 @@ def directions(rng, *shape):
 
 
 def fibres(n, grazing=1.0, seed=0):
-    """Return outgoing directions, tangents and offsets in float32; the directions are near to the tangents if wanted."""
+    """Return outgoing directions, near to the tangents if wanted, tangents and offsets in float32."""
     rng = np.random.default_rng(seed)
     tangent, h = directions(rng, n, 1), rng.uniform(-1, 1, (n, 1)).astype(np.float32)
     h[:4, 0] = 1, -1, 0, np.nextafter(np.float32(1), np.float32(0))
@@ -49,37 +48,39 @@ def half_drawn(material, wo, tangent, h, n=100):
     return np.concatenate([drawn.astype(np.float32), directions(rng, len(wo), n)], axis=1)
 
 
-def largest_difference(compiled, reference):
-    """Return how much values of fibres (n, directions, …) differ, as a fraction of each fibre's largest value."""
+def largest_difference(compiled, reference, wo, wi, tangent, h):
+    """Return how much values of fibres (n, directions, …) differ, as a fraction of each fibre's largest value.
+
+    Rounding turns directions around the tangent by about 1e-7 over the cosine of their inclination. So differences
+    count times the smaller cosine.
+    """
     assert compiled.dtype == np.float32
-    return float((np.abs(compiled - reference) / reference.max(axis=1, keepdims=True)).max())
+    cosines = (np.linalg.norm(np.cross(each, tangent), axis=-1) for each in doubles(wo, wi))
+    cosine = np.minimum(*cosines).reshape(reference.shape[:2] + (1,) * (reference.ndim - 2))
+    return float((np.abs(compiled - reference) * cosine / reference.max(axis=1, keepdims=True)).max())
 
 
 @pytest.mark.parametrize("name", MATERIALS)
 def test_values_and_densities_are_those_of_the_formulas(name):
     material, (wo, tangent, h) = MATERIALS[name], fibres(200)
-    wi = half_drawn(material, wo, tangent, h)
-    rays = wo, wi, tangent, h
-    assert largest_difference(evaluate(material, *rays), evaluate(material, *doubles(*rays))) < TOLERANCE[name]
-    assert largest_difference(pdf(material, *rays), pdf(material, *doubles(*rays))) < TOLERANCE[name]
+    rays = wo, half_drawn(material, wo, tangent, h), tangent, h
+    for function in (evaluate, pdf):
+        assert largest_difference(function(material, *rays), function(material, *doubles(*rays)), *rays) < TOLERANCE
 
 
-@pytest.mark.parametrize(("grazing", "tolerance"), [(0.1, 5e-5), (0.01, 5e-4), (1e-3, 5e-3)])
-def test_light_that_leaves_along_the_fibre(grazing, tolerance):
-    """Rounding turns the azimuth of a direction by 1e-7 over the cosine of its inclination."""
+@pytest.mark.parametrize("grazing", [0.1, 0.01, 1e-3])
+def test_light_that_leaves_along_the_fibre(grazing):
     material, (wo, tangent, h) = HairMaterial(), fibres(200, grazing)
     rays = wo, half_drawn(material, wo, tangent, h), tangent, h
-    assert largest_difference(evaluate(material, *rays), evaluate(material, *doubles(*rays))) < tolerance
+    assert largest_difference(evaluate(material, *rays), evaluate(material, *doubles(*rays)), *rays) < 1e-4
 
 
 @pytest.mark.parametrize("roughness", [(0.001, 0.3), (0.3, 0.001), (0.001, 0.001)])
 def test_smoothest_lobes_are_as_sharp_as_float32(roughness):
     material, (wo, tangent, h) = HairMaterial((0.2, 0.6, 2.0), *roughness), fibres(200)
     rays = wo, half_drawn(material, wo, tangent, h), tangent, h
-    compiled, reference = evaluate(material, *rays), evaluate(material, *doubles(*rays))
-    # Lobes are about 4e-4 wide, and rounding moves them by 2e-7.
-    assert largest_difference(compiled, reference) < 5e-3
-    assert compiled.sum(axis=1) == pytest.approx(reference.sum(axis=1), rel=2e-3)
+    # Lobes are about 2e-4 wide, and rounding moves them by 3e-7.
+    assert largest_difference(evaluate(material, *rays), evaluate(material, *doubles(*rays)), *rays) < 5e-3
 
 
 @pytest.mark.parametrize("name", MATERIALS)
@@ -104,11 +105,11 @@ def test_white_furnace_and_densities_in_float32(longitudinal_roughness, azimutha
     sine, phi = np.meshgrid((np.arange(400) + 0.5) / 200 - 1, (np.arange(200) + 0.5) * (np.pi / 100))
     cosine = np.sqrt(1 - sine**2)
     wi = np.stack([sine, cosine * np.cos(phi), cosine * np.sin(phi)], axis=-1).astype(np.float32)
-    along = np.float32([1, 0, 0])
+    along = np.array([1, 0, 0], np.float32)
     clear = HairMaterial((0, 0, 0), longitudinal_roughness, azimuthal_roughness, scale_tilt=4)
     brown = HairMaterial((0.2, 0.5, 1.5), longitudinal_roughness, azimuthal_roughness)
     for sin_o, h in ((0.0, -0.9), (0.5, 0.2), (-0.97, 0.6)):
-        wo = np.float32([sin_o, 0, math.sqrt(1 - sin_o**2)])
+        wo = np.array([sin_o, 0, math.sqrt(1 - sin_o**2)], np.float32)
         mean = evaluate(clear, wo, wi, along, np.float32(h)).mean(axis=(0, 1), dtype=np.float64)
         assert mean * 4 * math.pi == pytest.approx([1, 1, 1], abs=0.003)
         density = pdf(brown, wo, wi, along, np.float32(h)).mean(dtype=np.float64)
@@ -119,7 +120,7 @@ def test_any_number_of_rows_and_layout_of_arrays():
     material, (wo, tangent, h) = HairMaterial(), fibres(40)
     rays = wo, half_drawn(material, wo, tangent, h, 1)[:, :1], tangent, h
     value = evaluate(material, *rays)
-    for n in (1, 15, 16, 17, 33):
+    for n in (0, 1, 15, 16, 17, 33):
         assert evaluate(material, *(each[:n] for each in rays)).tolist() == value[:n].tolist()
     assert evaluate(material, *(each[::3] for each in rays)).tolist() == value[::3].tolist()
     assert evaluate(material, *(np.asfortranarray(each) for each in rays)).tolist() == value.tolist()

@@ -241,10 +241,11 @@ def test_extreme_angles_have_finite_values(kind, roughness):
 # --- Mitsuba ---
 
 
+@pytest.mark.parametrize("kind", [np.float32, np.float64])
 @pytest.mark.parametrize("example", MITSUBA)
-def test_values_of_mitsuba(example):
+def test_values_of_mitsuba(example, kind):
     material = HairMaterial(**example["material"])
-    rays = example["wo"], example["wi"], (0, 1, 0), example["h"]
+    rays = [np.asarray(each, kind) for each in (example["wo"], example["wi"], (0, 1, 0), example["h"])]
     # Mitsuba's Bessel function is off by up to 0.6 %, and its float32 where the value is next to nothing.
     assert evaluate(material, *rays) == pytest.approx(example["value"], rel=0.007, abs=1e-6)
     assert float(pdf(material, *rays)) == pytest.approx(example["pdf"], rel=0.007, abs=1e-6)

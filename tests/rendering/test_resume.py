@@ -69,6 +69,17 @@ def test_it_may_be_interrupted_in_any_band(look, stop, tmp_path, monkeypatch):
     assert_same(finished(other), finished(made(look=look)))
 
 
+@pytest.mark.parametrize("radius", [0.001, 0.02])
+@pytest.mark.parametrize("look", ["tube", "hair", "fibre", "hits"])
+def test_a_picture_does_not_depend_on_its_bands(look, radius, monkeypatch):
+    found = []
+    for n_rays in (1, 150, 1 << 16):
+        monkeypatch.setattr(progressive, "MAX_RAYS", n_rays)
+        found.append(finished(made(look=look, radius=radius, samples=1)))
+    assert_same(found[0], found[1])
+    assert_same(found[0], found[2])
+
+
 @pytest.mark.parametrize("look", ["hits", "work"])
 def test_one_ray_for_each_pixel_has_the_rows_so_far(look, monkeypatch):
     """A measure has one sample by default, so an interrupted picture has some of its rows."""

@@ -10,8 +10,9 @@ from support import nasty
 
 #: The columns of an answer that is not a plain array.
 COLUMNS = ("offsets", "t", "prim", "u", "distance", "t_out", "part", "skipped")
-#: The kinds of query that can be asked for either t.
-WITH_AT = ("first_hit", "all_hits", "next_hits")
+#: What each query can be asked for as `at`. Without t, the surface and the closest approach are the same.
+PLACES = dict.fromkeys(("first_hit", "all_hits", "next_hits"), ("closest", "surface", "entry"))
+PLACES |= dict.fromkeys(("any_hit", "count_hits"), ("closest", "entry"))
 
 cases = cache(nasty.cases)
 

@@ -220,12 +220,22 @@ class CTree:
         self.library.call("fl_get_place", self.tree, c.byref(ray), c.c_float(radius), c.byref(hit), c.byref(place))
         return place
 
-    def first_hits(self, rays: Rays) -> tuple[npt.NDArray[Any], ...]:
+    def first_hits(self, rays: Rays, at: int = 1) -> tuple[npt.NDArray[Any], ...]:
         columns = [np.empty(rays.n, dtype) for dtype in (np.float32, np.int64, np.float32, np.float32, np.float32)]
         self.library.call(
-            "fl_first_hits", self.tree, c.byref(rays), *(column.ctypes.data_as(c.c_void_p) for column in columns)
+            "fl_first_hits", self.tree, c.byref(rays), at, *(column.ctypes.data_as(c.c_void_p) for column in columns)
         )
         return tuple(columns)
+
+    def any_hits(self, rays: Rays, at: int) -> npt.NDArray[np.uint8]:
+        found = np.empty(rays.n, np.uint8)
+        self.library.call("fl_any_hits", self.tree, c.byref(rays), at, found.ctypes.data_as(c.c_void_p))
+        return found
+
+    def counts(self, rays: Rays, at: int) -> npt.NDArray[np.int64]:
+        counts = np.empty(rays.n, np.int64)
+        self.library.call("fl_counts", self.tree, c.byref(rays), at, counts.ctypes.data_as(c.c_void_p))
+        return counts
 
     def refit(self, rows: npt.NDArray[np.float32]) -> CTree:
         refitted, name = c.c_void_p(), "fl_refit" if rows.shape[1] == 6 else "fl_refit_round_cones"

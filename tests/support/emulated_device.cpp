@@ -37,10 +37,10 @@ struct KernelCall<kernel> {
 
 #define NAMED(kernel) {#kernel, KernelCall<kernel>::run}
 constexpr NamedKernel kKernels[] = {
-    NAMED(first_closest), NAMED(first_surface), NAMED(any_hit),      NAMED(count_hits),
-    NAMED(all_closest),   NAMED(all_surface),   NAMED(next_closest), NAMED(next_surface),
-    NAMED(near_closest),  NAMED(near_surface),  NAMED(count_prims),  NAMED(move_lists),
-    NAMED(sum_runs),      NAMED(scan_runs),     NAMED(check_rays),   NAMED(first_steps)};
+    NAMED(first_closest), NAMED(first_surface), NAMED(any_hit),     NAMED(any_entry),    NAMED(count_hits),
+    NAMED(count_entries), NAMED(all_closest),   NAMED(all_surface), NAMED(next_closest), NAMED(next_surface),
+    NAMED(near_closest),  NAMED(near_surface),  NAMED(count_prims), NAMED(move_lists),   NAMED(sum_runs),
+    NAMED(scan_runs),     NAMED(check_rays),    NAMED(first_steps)};
 
 }  // namespace
 

@@ -63,10 +63,11 @@ enum class Rank {
   distance,  ///< The distance of the line from the ray, and then t.
 };
 
-/// The place on the ray that t of a hit means.
+/// The place on the ray that t of a hit means, and which rays hit.
 enum class At {
   closest,  ///< Where the ray comes closest to the line.
   surface,  ///< Where the ray enters the surface around the line.
+  entry,    ///< The same, and only rays that enter hit: those that start inside, or on the surface, do not.
 };
 
 /// A hit, or a miss. A new `Hit` is a miss.
@@ -75,7 +76,7 @@ struct Hit {
   std::int64_t prim = -1;     ///< The index of the line, or −1 for a miss.
   float u = 0;                ///< The place on the line: 0 at p, 1 at q.
   float distance = infinity;  ///< The distance of the ray from the line, at the closest approach.
-  float t_out = infinity;     ///< Where the ray leaves the surface, with `At::surface`. Otherwise it is infinite.
+  float t_out = infinity;     ///< Where the ray leaves the surface; infinite with `At::closest`.
 
   /// Returns whether this is a hit.
   explicit operator bool() const { return prim >= 0; }
@@ -83,9 +84,9 @@ struct Hit {
 
 /// Where a hit is. All members of a miss are NaN.
 struct Place {
-  /// The point of the ray at t. With `At::surface`, it is where the ray enters the surface, computed in double.
+  /// The point of the ray at t. On the surface, it is computed in double.
   Vec3d point;
-  /// The unit normal of the surface there, outwards, with `At::surface`; otherwise NaN. For a ray that starts inside,
+  /// The unit normal of the surface there, outwards; NaN with `At::closest`. For a ray that starts inside,
   /// it is the direction from the point of the axis at u, or opposite to the ray if that is the point itself.
   Vec3d normal;
   Vec3d tangent;  ///< The unit vector from p to q. It is NaN for a line of length zero.

@@ -71,7 +71,7 @@ struct QueryOptions {
     bundle,     ///< Coherent rays.
   };
 
-  At at = At::closest;                ///< The place on the ray that t of a hit means.
+  At at = At::closest;                ///< The place on the ray that t of a hit means, and which rays hit.
   Rank rank = Rank::t;                ///< What `next_hits` ranks hits by. No other query has it.
   Kernel kernel = Kernel::automatic;  ///< How rays are traced.
   unsigned n_threads = 0;             ///< The number of threads; 0 means one for each core. Short batches take one.
@@ -130,9 +130,9 @@ class FASTLINES_API Tree {
   /// Returns the hit with the least t, or a miss. Of hits at the same t, the line with the lower index comes first.
   Hit first_hit(const Ray& ray, float radius, At at = At::closest) const;
   /// Returns whether the ray hits any line.
-  bool any_hit(const Ray& ray, float radius) const;
+  bool any_hit(const Ray& ray, float radius, At at = At::closest) const;
   /// Returns the number of lines that the ray hits.
-  std::size_t count_hits(const Ray& ray, float radius) const;
+  std::size_t count_hits(const Ray& ray, float radius, At at = At::closest) const;
   /// Returns one hit for each line that the ray hits, in the order of t.
   std::vector<Hit> all_hits(const Ray& ray, float radius, At at = At::closest) const;
   /// Writes all hits to a vector, which is cleared first. So calls can share its memory.

@@ -7,12 +7,12 @@
 namespace fastlines {
 
 /// Lists the ids of all primitives that a ray hits. A count has told how much room they need.
-class PrimListOfRay : public FixedAt<At::closest> {
+class PrimListOfRay : public ChosenAt {
  public:
   static constexpr bool kShrinksLimit = false, kDropsFarther = false;
   float limit;
 
-  PrimListOfRay(const Ray& ray, std::uint32_t* prims) : limit(ray.t_max), prims_(prims) {}
+  PrimListOfRay(const Ray& ray, At at_, std::uint32_t* prims) : ChosenAt{at_}, limit(ray.t_max), prims_(prims) {}
 
   void add(const ClosestApproach<float>&, const Reference& ref) { prims_[n_++] = ref.prim; }
 

@@ -64,7 +64,9 @@ void trace_by_thread(const DeviceScene& scene, const RayOf<P>& ray, Collector& t
         const WideRef ref = scene.refs[i];
         const typename P::Test test =
             device_test<P>(ray, scene.items + std::uint64_t(ref.prim) * P::kFloats, scene.frame);
-        if (test.closest.hit) to.add(approach_at(to.at, test), ref);
+        if (!test.closest.hit) continue;
+        const auto approach = approach_at(to.at, test);
+        if (approach.hit) to.add(approach, ref);
       }
     }
     // Pop the next node that is not beyond the limit.

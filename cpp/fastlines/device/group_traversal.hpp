@@ -78,7 +78,7 @@ template <class P, class Collector>
     const typename P::Test test = device_test<P>(ray, scene.items + prim * P::kFloats, scene.frame);
     if (!test.closest.hit) return;
     const ClosestApproach<float> approach = approach_at(to.at, test);
-    is_hit[lane] = true;
+    is_hit[lane] = approach.hit;
     s[lane] = approach.s;
     t[lane] = approach.t;
     dist2[lane] = approach.dist2;

@@ -56,55 +56,55 @@ void trace(const DeviceScene& scene, const RayOf<P>& ray, Collector& to) {
     trace_by_thread<P>(scene, ray, to);
 }
 
-template <class P, At at>
-void first_hit_of_thread(const DeviceScene& scene, const DeviceRays& rays, const DeviceHits& to) {
+template <class P, class Where>
+void first_hit_of_thread(const DeviceScene& scene, const DeviceRays& rays, Where where, const DeviceHits& to) {
   const std::uint64_t i = ray_of_thread(rays);
   if (i == rays.n) return;
   const RayOf<P> ray = prepared_ray<P>(rays, i, scene.frame);
-  FirstHitOfRay<FixedAt<at>> first(ray);
+  FirstHitOfRay<Where> first(ray, where);
   trace<P>(scene, ray, first);
   if (!is_leader()) return;
   Hit hit = first.hit();
-  if (at == At::surface && first.found()) hit.t_out = exit_of<P>(scene, ray, first.prim);
+  if (Where::kHasExit && first.found()) hit.t_out = exit_of<P>(scene, ray, first.prim);
   to.set(i, hit);
 }
 
-template <class P>
+template <class P, At at>
 void any_hit_of_thread(const DeviceScene& scene, const DeviceRays& rays, bool* to) {
   const std::uint64_t i = ray_of_thread(rays);
   if (i == rays.n) return;
   const RayOf<P> ray = prepared_ray<P>(rays, i, scene.frame);
-  AnyHitOfRay found(ray);
+  AnyHitOfRay<FixedAt<at>> found(ray);
   trace<P>(scene, ray, found);
   if (!is_leader()) return;
   to[i] = found.found;
 }
 
-template <class P>
+template <class P, At at>
 void count_hits_of_thread(const DeviceScene& scene, const DeviceRays& rays, std::uint64_t at_most, std::int64_t* to) {
   const std::uint64_t i = ray_of_thread(rays);
   if (i == rays.n) return;
   const RayOf<P> ray = prepared_ray<P>(rays, i, scene.frame);
-  HitCountOfRay found(ray, at_most);
+  HitCountOfRay<FixedAt<at>> found(ray, at_most);
   trace<P>(scene, ray, found);
   if (!is_leader()) return;
   to[i] = std::int64_t(found.n);
 }
 
-template <class P, At at, Keep keep>
-void list_hits_of_thread(const DeviceScene& scene, const DeviceRays& rays, const DeviceLists& to) {
+template <class P, Keep keep, class Where>
+void list_hits_of_thread(const DeviceScene& scene, const DeviceRays& rays, Where where, const DeviceLists& to) {
   const std::uint64_t i = ray_of_thread(rays);
   if (i == rays.n) return;
   const RayOf<P> ray = prepared_ray<P>(rays, i, scene.frame);
   const auto first = std::uint64_t(to.offsets[i]), room = std::uint64_t(to.offsets[i + 1]) - first;
   DeviceHits store = to.hits.from(first);
   store.t_out = nullptr;  // of those that are kept, in the end
-  HitListOfRay<FixedList<at, keep>, DeviceHits, P::kHasBoxes> list(ray, {}, store, room);
+  HitListOfRay<FixedList<Where, keep>, DeviceHits, P::kHasBoxes> list(ray, {where}, store, room);
   trace<P>(scene, ray, list);
   if (!is_leader()) return;
   list.finish();
   if (to.n_hits) to.n_hits[i] = std::int64_t(list.size());
-  if constexpr (at == At::surface)
+  if constexpr (Where::kHasExit)
     for (std::uint64_t j = 0; j < list.size(); ++j)
       to.hits.t_out[first + j] = exit_of<P>(scene, ray, std::uint64_t(list[j].prim));
 }
@@ -112,12 +112,12 @@ void list_hits_of_thread(const DeviceScene& scene, const DeviceRays& rays, const
 /// Count each primitive that a ray hits once, where it may be in several leaves. The lists of `offsets`, from a count
 /// of all that rays find, have room in `prims`.
 template <class P>
-void count_prims_of_thread(const DeviceScene& scene, const DeviceRays& rays, const std::int64_t* offsets,
+void count_prims_of_thread(const DeviceScene& scene, const DeviceRays& rays, At at, const std::int64_t* offsets,
                            std::uint32_t* prims, std::int64_t* to) {
   const std::uint64_t i = ray_of_thread(rays);
   if (i == rays.n) return;
   const RayOf<P> ray = prepared_ray<P>(rays, i, scene.frame);
-  PrimListOfRay list(ray, prims + offsets[i]);
+  PrimListOfRay list(ray, at, prims + offsets[i]);
   trace<P>(scene, ray, list);
   if (!is_leader()) return;
   to[i] = std::int64_t(list.count());
@@ -149,54 +149,63 @@ FASTLINES_KERNEL check_rays(const DeviceLimits* limits, const DeviceRays* rays, 
 /// Numbers that one thread adds up.
 inline constexpr std::uint64_t kScanRun = 256;
 
+// The kernels of queries. Those on the surface take the number of their `At`: `At::surface` or `At::entry`.
+
 FASTLINES_KERNEL first_closest(const DeviceScene* __restrict__ scene, const DeviceRays* __restrict__ rays,
                                const DeviceHits* to) {
-  first_hit_of_thread<FASTLINES_PRIMITIVES, At::closest>(*scene, *rays, *to);
+  first_hit_of_thread<FASTLINES_PRIMITIVES>(*scene, *rays, FixedAt<At::closest>(), *to);
 }
 FASTLINES_KERNEL first_surface(const DeviceScene* __restrict__ scene, const DeviceRays* __restrict__ rays,
-                               const DeviceHits* to) {
-  first_hit_of_thread<FASTLINES_PRIMITIVES, At::surface>(*scene, *rays, *to);
+                               std::uint64_t at, const DeviceHits* to) {
+  first_hit_of_thread<FASTLINES_PRIMITIVES>(*scene, *rays, SurfaceAt(At(at)), *to);
 }
 FASTLINES_KERNEL any_hit(const DeviceScene* __restrict__ scene, const DeviceRays* __restrict__ rays, bool* to) {
-  any_hit_of_thread<FASTLINES_PRIMITIVES>(*scene, *rays, to);
+  any_hit_of_thread<FASTLINES_PRIMITIVES, At::closest>(*scene, *rays, to);
+}
+FASTLINES_KERNEL any_entry(const DeviceScene* __restrict__ scene, const DeviceRays* __restrict__ rays, bool* to) {
+  any_hit_of_thread<FASTLINES_PRIMITIVES, At::entry>(*scene, *rays, to);
 }
 FASTLINES_KERNEL count_hits(const DeviceScene* __restrict__ scene, const DeviceRays* __restrict__ rays,
                             std::uint64_t at_most, std::int64_t* to) {
-  count_hits_of_thread<FASTLINES_PRIMITIVES>(*scene, *rays, at_most, to);
+  count_hits_of_thread<FASTLINES_PRIMITIVES, At::closest>(*scene, *rays, at_most, to);
+}
+FASTLINES_KERNEL count_entries(const DeviceScene* __restrict__ scene, const DeviceRays* __restrict__ rays,
+                               std::uint64_t at_most, std::int64_t* to) {
+  count_hits_of_thread<FASTLINES_PRIMITIVES, At::entry>(*scene, *rays, at_most, to);
 }
 
 FASTLINES_KERNEL count_prims(const DeviceScene* __restrict__ scene, const DeviceRays* __restrict__ rays,
-                             const std::int64_t* offsets, std::uint32_t* prims, std::int64_t* to) {
+                             std::uint64_t at, const std::int64_t* offsets, std::uint32_t* prims, std::int64_t* to) {
   if constexpr (FASTLINES_PRIMITIVES::kHasBoxes)
-    count_prims_of_thread<FASTLINES_PRIMITIVES>(*scene, *rays, offsets, prims, to);
+    count_prims_of_thread<FASTLINES_PRIMITIVES>(*scene, *rays, At(at), offsets, prims, to);
 }
 
 /// All hits.
 FASTLINES_KERNEL all_closest(const DeviceScene* __restrict__ scene, const DeviceRays* __restrict__ rays,
                              const DeviceLists* to) {
-  list_hits_of_thread<FASTLINES_PRIMITIVES, At::closest, Keep::all>(*scene, *rays, *to);
+  list_hits_of_thread<FASTLINES_PRIMITIVES, Keep::all>(*scene, *rays, FixedAt<At::closest>(), *to);
 }
 FASTLINES_KERNEL all_surface(const DeviceScene* __restrict__ scene, const DeviceRays* __restrict__ rays,
-                             const DeviceLists* to) {
-  list_hits_of_thread<FASTLINES_PRIMITIVES, At::surface, Keep::all>(*scene, *rays, *to);
+                             std::uint64_t at, const DeviceLists* to) {
+  list_hits_of_thread<FASTLINES_PRIMITIVES, Keep::all>(*scene, *rays, SurfaceAt(At(at)), *to);
 }
 /// The first hits by t, of which there is room for k or all.
 FASTLINES_KERNEL next_closest(const DeviceScene* __restrict__ scene, const DeviceRays* __restrict__ rays,
                               const DeviceLists* to) {
-  list_hits_of_thread<FASTLINES_PRIMITIVES, At::closest, Keep::first>(*scene, *rays, *to);
+  list_hits_of_thread<FASTLINES_PRIMITIVES, Keep::first>(*scene, *rays, FixedAt<At::closest>(), *to);
 }
 FASTLINES_KERNEL next_surface(const DeviceScene* __restrict__ scene, const DeviceRays* __restrict__ rays,
-                              const DeviceLists* to) {
-  list_hits_of_thread<FASTLINES_PRIMITIVES, At::surface, Keep::first>(*scene, *rays, *to);
+                              std::uint64_t at, const DeviceLists* to) {
+  list_hits_of_thread<FASTLINES_PRIMITIVES, Keep::first>(*scene, *rays, SurfaceAt(At(at)), *to);
 }
 /// The hits that are nearest to the ray.
 FASTLINES_KERNEL near_closest(const DeviceScene* __restrict__ scene, const DeviceRays* __restrict__ rays,
                               const DeviceLists* to) {
-  list_hits_of_thread<FASTLINES_PRIMITIVES, At::closest, Keep::nearest>(*scene, *rays, *to);
+  list_hits_of_thread<FASTLINES_PRIMITIVES, Keep::nearest>(*scene, *rays, FixedAt<At::closest>(), *to);
 }
 FASTLINES_KERNEL near_surface(const DeviceScene* __restrict__ scene, const DeviceRays* __restrict__ rays,
-                              const DeviceLists* to) {
-  list_hits_of_thread<FASTLINES_PRIMITIVES, At::surface, Keep::nearest>(*scene, *rays, *to);
+                              std::uint64_t at, const DeviceLists* to) {
+  list_hits_of_thread<FASTLINES_PRIMITIVES, Keep::nearest>(*scene, *rays, SurfaceAt(At(at)), *to);
 }
 
 /// Move each of n lists, of which n_hits are left, to a place for exactly as many hits; one thread a list.

@@ -69,6 +69,9 @@ class RoundConeTest {
     return {s, t, closest.dist2, closest.hit};
   }
 
+  /// Whether a ray with this entry comes in from outside: it then enters after its start.
+  [[gnu::always_inline]] MaskOf<N> enters(const ClosestApproach<N>& entry) const { return N(ray_.t_min) < entry.t; }
+
   /// The t at which the ray leaves the round cone, within its bounds.
   [[gnu::always_inline]] N exit() const { return min(max(intersect<1>().t, N(ray_.t_min)), N(ray_.t_max)); }
 

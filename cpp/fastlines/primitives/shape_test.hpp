@@ -46,6 +46,11 @@ class ShapeTest {
     return found;
   }
 
+  /// Return whether a ray with this entry comes in from outside. A triangle has no inside: each crossing enters.
+  [[gnu::always_inline]] MaskOf<N> enters(const ClosestApproach<N>& entry) const {
+    return is_triangle() | (N(ray_.t_min) < entry.t);
+  }
+
   /// Return the t at which the ray leaves the shape.
   [[gnu::always_inline]] N exit() const {
     N t = flat_exit_;
@@ -55,6 +60,7 @@ class ShapeTest {
 
  private:
   [[gnu::always_inline]] MaskOf<N> is_cone() const { return fields_[9] < N(0.5f); }
+  [[gnu::always_inline]] MaskOf<N> is_triangle() const { return (N(0.5f) < fields_[9]) & (fields_[9] < N(1.5f)); }
 
   [[gnu::always_inline]] static void blend_into(const MaskOf<N>& mask, const ClosestApproach<N>& from,
                                                 ClosestApproach<N>& to) {
@@ -66,7 +72,7 @@ class ShapeTest {
 
   [[gnu::always_inline]] void find_closest() {
     const N zero = 0.0f, kind = fields_[9];
-    const MaskOf<N> is_triangle = (N(0.5f) < kind) & (kind < N(1.5f)), is_box = N(1.5f) < kind;
+    const MaskOf<N> is_triangle = this->is_triangle(), is_box = N(1.5f) < kind;
     closest = {zero, zero, zero, zero < zero};
     flat_exit_ = zero;
     if (any(is_triangle)) {

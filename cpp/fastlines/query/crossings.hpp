@@ -5,6 +5,8 @@
 // with the least D − R, the distance of the ray from the axis less the reach; then of the lower t, then the lower
 // piece. So it depends neither on the radius of the query nor on how finely the primitive is cut.
 //
+// With `At::entry`, a crossing counts if the ray enters each of its pieces: it then starts outside of all of them.
+//
 // Pieces are rows of the primitives that searches find. The pieces of one primitive follow each other.
 #pragma once
 
@@ -70,6 +72,7 @@ class CrossingFinder {
     Hit closest;
     double gap;  // D − R, up to a constant of the primitive
     float t_in, u_in, t_out;
+    bool enters;  // whether the ray comes in from outside
   };
 
   /// Choose the pieces to test, rising: those listed, or all that the ray may hit of their primitives.
@@ -121,6 +124,7 @@ class CrossingFinder {
       const std::uint32_t bits = test.closest.hit.bits() & lane_mask(n);
       if (!bits) continue;
       float t[kSimdWidth], s[kSimdWidth], dist2[kSimdWidth], t_in[kSimdWidth], u_in[kSimdWidth], t_out[kSimdWidth];
+      std::uint32_t entering = 0;
       test.closest.t.store(t);
       test.closest.s.store(s);
       test.closest.dist2.store(dist2);
@@ -128,16 +132,18 @@ class CrossingFinder {
         const auto in = test.entry();
         in.t.store(t_in);
         in.s.store(u_in);
+        entering = test.enters(in).bits();
         test.exit().store(t_out);
       }
       for (std::size_t lane = 0; lane < n; ++lane) {
         if (!(bits >> lane & 1)) continue;
-        PieceHit hit{{ray.t_ray(t[lane]), pieces_[j + lane], s[lane], ray.distance(dist2[lane])}, 0.0, 0, 0, 0};
+        PieceHit hit{{ray.t_ray(t[lane]), pieces_[j + lane], s[lane], ray.distance(dist2[lane])}, 0.0, 0, 0, 0, true};
         hit.gap = gap(query, hit.closest);
         if constexpr (!kHasSpread<P>) {
           hit.t_in = ray.t_ray(t_in[lane]);
           hit.u_in = u_in[lane];
           hit.t_out = ray.t_ray(t_out[lane]);
+          hit.enters = entering >> lane & 1;
         }
         hits_.push_back(hit);
       }
@@ -173,12 +179,15 @@ class CrossingFinder {
     for (std::size_t first = 0, end = 0; first < hits.size(); first = end) {
       const PieceHit* nearest = &hits[first];
       float t_out = nearest->t_out;
+      bool enters = nearest->enters;
       for (end = first + 1; end < hits.size() && continues(hits[end], hits[end - 1], t_out); ++end) {
         t_out = std::max(t_out, hits[end].t_out);
         if (is_nearer(hits[end], *nearest)) nearest = &hits[end];
+        enters &= hits[end].enters;
       }
+      if (at_ == At::entry && !enters) continue;
       Hit hit = nearest->closest;
-      if (at_ == At::surface) {
+      if (has_exit(at_)) {
         hit.t = hits[first].t_in;
         hit.prim = hits[first].closest.prim;
         hit.u = hits[first].u_in;

@@ -60,17 +60,17 @@ void first_hits(const Search& search, const RayBatch& rays, At at, unsigned n_th
     FirstHitOfRay<ChosenAt> first(ray, {at});
     search_ray(search, ray, scratch, first);
     Hit hit = first.hit();
-    if (at == At::surface && first.found()) hit.t_out = exit_of(search, ray, hit.prim);
+    if (has_exit(at) && first.found()) hit.t_out = exit_of(search, ray, hit.prim);
     store(i, hit);
   });
 }
 
 /// Write whether each ray hits anything.
 template <class Search>
-void any_hits(const Search& search, const RayBatch& rays, unsigned n_threads, Progress& progress,
+void any_hits(const Search& search, const RayBatch& rays, At at, unsigned n_threads, Progress& progress,
               std::span<bool> found) {
   for_each_ray(search, rays, n_threads, progress, [&](std::size_t i, const auto& ray, auto& scratch) {
-    AnyHitOfRay any(ray);
+    AnyHitOfRay<ChosenAt> any(ray, {at});
     search_ray(search, ray, scratch, any);
     found[i] = any.found;
   });
@@ -78,10 +78,10 @@ void any_hits(const Search& search, const RayBatch& rays, unsigned n_threads, Pr
 
 /// Write how many primitives each ray hits.
 template <class Search>
-void count_hits(const Search& search, const RayBatch& rays, unsigned n_threads, Progress& progress,
+void count_hits(const Search& search, const RayBatch& rays, At at, unsigned n_threads, Progress& progress,
                 std::span<std::int64_t> counts) {
   for_each_ray(search, rays, n_threads, progress, [&](std::size_t i, const auto& ray, auto& scratch) {
-    HitCountOfRay count(ray);
+    HitCountOfRay<ChosenAt> count(ray, ~0ull, {at});
     search_ray(search, ray, scratch, count);
     counts[i] = std::int64_t(count.n);
   });
@@ -113,7 +113,7 @@ void list_hits(const Search& search, const RayBatch& rays, unsigned n_threads, P
           search_ray(search, ray, worker.scratch, list);
           list.finish();
           worker.checkpoint.check();
-          if (at == At::surface)
+          if (has_exit(at))
             for (Hit& hit : worker.hits) hit.t_out = exit_of(search, ray, hit.prim);
           worker.lists.add(std::uint32_t(i), worker.hits);
         }

@@ -33,7 +33,7 @@ concept RayCollector = requires(C& collector, const ClosestApproach<float>& appr
   C::kShrinksLimit;
   /// Whether a hit need not be reported if another one is nearer by more than the ray's tie tolerance.
   C::kDropsFarther;
-  /// Where t is taken: at the closest approach or on the surface. Usually from `FixedAt` or `ChosenAt`.
+  /// Where t is taken, and which rays hit. Usually from `FixedAt`, `SurfaceAt` or `ChosenAt`.
   collector.at;
   /// A t in the frame: hits beyond it may be reported, but the collector does not need them.
   collector.limit;
@@ -70,12 +70,13 @@ struct FirstHitOfRay : Where {
 };
 
 /// Keeps whether there is a hit.
-struct AnyHitOfRay : FixedAt<At::closest> {
+template <class Where = FixedAt<At::closest>>
+struct AnyHitOfRay : Where {
   static constexpr bool kShrinksLimit = false, kDropsFarther = false;
   float limit;
   bool found = false;
 
-  explicit AnyHitOfRay(const Ray& ray) : limit(ray.limit) {}
+  explicit AnyHitOfRay(const Ray& ray, Where where = {}) : Where(where), limit(ray.limit) {}
 
   void add(const ClosestApproach<float>&, const Reference&) {
     found = true;
@@ -84,13 +85,14 @@ struct AnyHitOfRay : FixedAt<At::closest> {
 };
 
 /// Counts hits, up to `at_most`. A primitive whose pieces own no hits counts as often as it is reported.
-struct HitCountOfRay : FixedAt<At::closest> {
+template <class Where = FixedAt<At::closest>>
+struct HitCountOfRay : Where {
   static constexpr bool kShrinksLimit = false, kDropsFarther = false;
   float limit;
   std::uint64_t at_most, n = 0;
 
-  explicit HitCountOfRay(const Ray& ray, std::uint64_t at_most_ = ~0ull)
-      : limit(at_most_ > 0 ? ray.t_max : kNoMoreHits), at_most(at_most_) {}
+  explicit HitCountOfRay(const Ray& ray, std::uint64_t at_most_ = ~0ull, Where where = {})
+      : Where(where), limit(at_most_ > 0 ? ray.t_max : kNoMoreHits), at_most(at_most_) {}
 
   void add(const ClosestApproach<float>& approach, const Reference& ref) {
     if (n == at_most || !owns(ref.s0, ref.s1, approach.s)) return;
@@ -110,8 +112,8 @@ template <class A, class B>
 }
 
 /// What a list keeps, fixed at compile time.
-template <At at, Keep keep_>
-struct FixedList : FixedAt<at> {
+template <class Where, Keep keep_>
+struct FixedList : Where {
   static constexpr Keep keep = keep_;
   static constexpr bool kShrinksLimit = keep_ == Keep::first;
 };

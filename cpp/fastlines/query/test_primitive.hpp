@@ -19,7 +19,8 @@ template <RayPrimitive P, RayCollector C>
 bool test_primitive(const P& prims, const RayOf<P>& ray, const Frame& frame, const Reference& ref, C& to) {
   const auto test = exact_test(prims, ray, frame, ref.prim);
   if (!test.closest.hit) return false;
-  to.add(approach_at(to.at, test), ref);
+  const auto approach = approach_at(to.at, test);
+  if (approach.hit) to.add(approach, ref);
   return to.limit == kNoMoreHits;
 }
 

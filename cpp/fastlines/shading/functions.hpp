@@ -1,4 +1,4 @@
-// Elementary functions of 16 numbers, from arithmetic alone. Their errors are below 2·10⁻⁷, relative for exp, log and
+// Elementary functions of 16 numbers, from arithmetic alone. Their errors are below 3·10⁻⁷, relative for exp, log and
 // angles, and absolute for sine and cosine. The approximations are those of S. Moshier's Cephes library (single
 // precision).
 #pragma once
@@ -44,10 +44,20 @@ inline FloatLanes log(const FloatLanes& x) {
   return ((p * m * square + n * -2.12194440e-4f) - 0.5f * square) + m + n * 0.693359375f;
 }
 
+/// 1 / √x of normal positive numbers, in less time than a division and a root take.
+inline FloatLanes inverse_sqrt(const FloatLanes& x) {
+  // Halve the exponent, and improve the result three times by Newton's method.
+  FloatLanes y = bit_cast<float>(0x5f37'59df - (bit_cast<std::int32_t>(x) >> 1));
+  const FloatLanes half = 0.5f * x;
+  for (int step = 0; step < 3; ++step) y = y + y * (0.5f - half * y * y);
+  return y;
+}
+
 /// xʸ for x ≥ 0; 0 where x is below the least normal number.
 inline FloatLanes pow(const FloatLanes& x, const FloatLanes& y) {
   const float least = 1.17549435e-38f;
-  return select(x < least, select(y > 0.0f, FloatLanes(0.0f), FloatLanes(1.0f)), exp(y * log(max(x, FloatLanes(least)))));
+  return select(x < least, select(y > 0.0f, FloatLanes(0.0f), FloatLanes(1.0f)),
+                exp(y * log(max(x, FloatLanes(least)))));
 }
 
 struct SinCos {
@@ -76,10 +86,10 @@ inline FloatLanes atan2(const FloatLanes& y, const FloatLanes& x) {
   const FloatLanes along = abs(x), up = abs(y);
   const IntLanes steep = along < up;
   const FloatLanes small = select(steep, along, up), large = select(steep, up, along);
-  const FloatLanes ratio = select(large > 0.0f, small / large, FloatLanes(0.0f));
-  // Take the arc tangent of a ratio from 0 to 1.
-  const IntLanes beyond = ratio > 0.414213562f;
-  const FloatLanes z = select(beyond, (ratio - 1.0f) / (ratio + 1.0f), ratio), square = z * z;
+  // Take the arc tangent of small / large, or of what exceeds 45°.
+  const IntLanes beyond = small > 0.414213562f * large;
+  const FloatLanes down = select(beyond, small - large, small), right = select(beyond, small + large, large);
+  const FloatLanes z = select(large > 0.0f, down / right, large), square = z * z;
   FloatLanes p = square * 8.05374449538e-2f - 1.38776856032e-1f;
   p = p * square + 1.99777106478e-1f;
   p = p * square - 3.33329491539e-1f;

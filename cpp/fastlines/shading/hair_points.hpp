@@ -15,6 +15,7 @@ struct FibreFrame {
   FibreFrame(const Vec3Lanes& to_eye, const Vec3Lanes& along) : tangent(along) {
     sin_o = clamp(dot(to_eye, tangent), -1.0f, 1.0f);
     across = to_eye - sin_o * tangent;
+    across = across - dot(across, tangent) * tangent;  // what rounding has left, which is much of a short part
     const FloatLanes length = sqrt(dot(across, across));
     cos_o = min(length, FloatLanes(1.0f));
     // Where light leaves along the tangent, take any direction across it.
@@ -88,8 +89,8 @@ class HairPoints {
     const FloatLanes mass = max(u[1] + (1.0f - u[1]) * opposite, FloatLanes(kLeast));
     const FloatLanes fall = clamp(-variance * log(mass), 0.0f, 2.0f);
     const FloatLanes aside = sqrt(fall * (2.0f - fall)) * sincos(2.0f * kPi * u[2]).cos;
-    const FloatLanes sine = (fall - 1.0f) * chosen([&](int p) { return sin_o_[p]; }) +
-                            aside * chosen([&](int p) { return cos_o_[p]; });
+    const FloatLanes sine =
+        (fall - 1.0f) * chosen([&](int p) { return sin_o_[p]; }) + aside * chosen([&](int p) { return cos_o_[p]; });
     // Draw the azimuth.
     const FloatLanes share = 0.5f + (u[3] - 0.5f) * material_.logistic_mass;
     const FloatLanes odds = log(max(share, FloatLanes(kLeast))) - log(max(1.0f - share, FloatLanes(kLeast)));
@@ -100,13 +101,14 @@ class HairPoints {
     drawn.towards = frame_.direction(clamp(sine, -1.0f, 1.0f), phi);
     const Densities each = densities(drawn.towards);
     drawn.pdf = density(each);
-    drawn.weight = 1.0f / max(drawn.pdf, FloatLanes(kLeast)) * value(each);
+    drawn.weight = 1.0f / max(drawn.pdf, FloatLanes(kTiny)) * value(each);
     return drawn;
   }
 
  private:
-  static constexpr float kLeast = 1.17549435e-38f;  ///< the least normal number
-  static constexpr int kDirected = 3;               ///< lobes with a direction; the last one is what remains
+  static constexpr float kLeast = 2e-13f;  ///< the least share of samples: its density is above 0
+  static constexpr float kTiny = 1e-30f;   ///< what replaces a divisor of 0
+  static constexpr int kDirected = 3;      ///< lobes with a direction; the last one is what remains
   using Densities = std::array<FloatLanes, HairMaterial::kLobes>;
 
   /// Set the energy of each lobe, and the azimuth in which it leaves the fibre.
@@ -115,19 +117,20 @@ class HairPoints {
     const FloatLanes one = 1.0f, eta = material_.eta, &sin_o = frame_.sin_o, &cos_o = frame_.cos_o;
     const FloatLanes cosine = cos_o * sqrt((one - h) * (one + h));
     const FloatLanes inside = sqrt(one - (one - cosine * cosine) * (material_.inverse_eta * material_.inverse_eta));
-    const FloatLanes s = (cosine - eta * inside) / (cosine + eta * inside);
-    const FloatLanes p = (eta * cosine - inside) / (eta * cosine + inside);
-    const FloatLanes reflected = 0.5f * (s * s + p * p), entering = one - reflected;
-    const FloatLanes bent = sqrt(eta * eta - sin_o * sin_o), sin_gamma = h * cos_o / bent;
-    // The path's length across the fibre over cos θt, which is bent / η.
-    const FloatLanes length = 2.0f * eta * sqrt((one - sin_gamma) * (one + sin_gamma)) / bent;
+    const FloatLanes s = (cosine - eta * inside) * (eta * cosine + inside);
+    const FloatLanes p = (eta * cosine - inside) * (cosine + eta * inside);
+    const FloatLanes below = (cosine + eta * inside) * (eta * cosine + inside);
+    const FloatLanes reflected = 0.5f * (s * s + p * p) / (below * below), entering = one - reflected;
+    const FloatLanes bent = inverse_sqrt(eta * eta - sin_o * sin_o), sin_gamma = h * cos_o * bent;
+    // The path's length is that across the fibre over cos θt, the cosine of its inclination, which is 1 / (η bent).
+    const FloatLanes length = 2.0f * eta * bent * sqrt((one - sin_gamma) * (one + sin_gamma));
 
     // Sum the geometric series of the lobes from p = 3 on; its first term is 0 where its ratio is 1.
     reflected_ = reflected;
     const auto channel = [&](int c) {
-      const FloatLanes transmitted = exp(-length * material_.sigma_a[c]), ratio = transmitted * reflected;
+      const FloatLanes transmitted = exp_or_none(-length * material_.sigma_a[c]), ratio = transmitted * reflected;
       const FloatLanes through = entering * entering * transmitted, bounced = through * ratio;
-      return Vec3Lanes{through, bounced, bounced * ratio / max(one - ratio, FloatLanes(kLeast))};
+      return Vec3Lanes{through, bounced, bounced * ratio / max(one - ratio, FloatLanes(kTiny))};
     };
     const Vec3Lanes red = channel(0), green = channel(1), blue = channel(2);
     energies_[0] = {red.x, green.x, blue.x};

@@ -1,6 +1,9 @@
-// The scattering of fibres thinner than a pixel: the far field, from tables of a material. Modules `table` and `averaged`
-// of fastlines.rendering.hair have the formulas.
+// The scattering of fibres thinner than a pixel: the far field, from tables of a material. Modules `table` and
+// `averaged` of fastlines.rendering.hair have the formulas.
 #pragma once
+
+#include <algorithm>
+#include <cstddef>
 
 #include "hair_lobes.hpp"
 
@@ -16,11 +19,7 @@ class HairTable {
   /// Tables of equal steps: `azimuths` has rows for inclinations and columns for |φ|, `inclinations` has rows. The
   /// material and the tables must outlive this view.
   HairTable(const HairMaterial& material, const float* azimuths, const float* inclinations, int n_rows, int n_columns)
-      : material_(material),
-        azimuths_(azimuths),
-        inclinations_(inclinations),
-        n_rows_(n_rows),
-        n_columns_(n_columns) {}
+      : material_(material), azimuths_(azimuths), inclinations_(inclinations), n_rows_(n_rows), n_columns_(n_columns) {}
 
   /// The light that goes from one direction to another, by their inclinations and the azimuth between them.
   Vec3Lanes evaluate(const FloatLanes& sin_o, const FloatLanes& sin_i, const FloatLanes& phi) const {
@@ -68,32 +67,39 @@ class HairTable {
   }
 
   void look_up(const Cell& row, const Cell& column, FloatLanes (&found)[kValues]) const {
-    const FloatLanes over = row.place * column.place, right = column.place - over, down = row.place - over;
-    const FloatLanes here = (1.0f - row.place) * (1.0f - column.place);
-    float mixed[kLanes][kValues];
+    std::int32_t rows[kLanes], columns[kLanes];
+    float weights[4][kLanes], mixed[kLanes][kValues], each[kLanes];
+    row.number.store(rows);
+    column.number.store(columns);
+    const FloatLanes left = 1.0f - column.place, upper = 1.0f - row.place;
+    (upper * left).store(weights[0]);
+    (upper * column.place).store(weights[1]);
+    (row.place * left).store(weights[2]);
+    (row.place * column.place).store(weights[3]);
     for (int i = 0; i < kLanes; ++i) {
-      const float* const cell = azimuths_ + (std::size_t(row.number[i]) * n_columns_ + column.number[i]) * kValues;
+      const float* const cell = azimuths_ + (std::size_t(rows[i]) * n_columns_ + columns[i]) * kValues;
       const float* const below = cell + std::size_t(n_columns_) * kValues;
-      const float w[] = {here[i], right[i], down[i], over[i]};
       for (int k = 0; k < kValues; ++k)
-        mixed[i][k] = cell[k] * w[0] + cell[kValues + k] * w[1] + below[k] * w[2] + below[kValues + k] * w[3];
+        mixed[i][k] = (cell[k] * weights[0][i] + cell[kValues + k] * weights[1][i]) +
+                      (below[k] * weights[2][i] + below[kValues + k] * weights[3][i]);
     }
     for (int k = 0; k < kValues; ++k) {
-      float each[kLanes];
       for (int i = 0; i < kLanes; ++i) each[i] = mixed[i][k];
-      found[k] = load_lanes(each, kLanes);
+      found[k] = FloatLanes::load(each);
     }
   }
 
   /// Three values of a row, the first of them `first`.
   Vec3Lanes look_up(const Cell& row, int first) const {
-    float mixed[kLanes][3];
+    std::int32_t rows[kLanes];
+    float upper[3 * kLanes], lower[3 * kLanes];
+    row.number.store(rows);
     for (int i = 0; i < kLanes; ++i) {
-      const float* const here = inclinations_ + std::size_t(row.number[i]) * kRest + first;
-      const float place = row.place[i];
-      for (int k = 0; k < 3; ++k) mixed[i][k] = here[k] * (1.0f - place) + here[kRest + k] * place;
+      const float* const here = inclinations_ + std::size_t(rows[i]) * kRest + first;
+      std::copy_n(here, 3, upper + 3 * i);
+      std::copy_n(here + kRest, 3, lower + 3 * i);
     }
-    return Vec3Lanes::load(mixed[0], kLanes);
+    return (1.0f - row.place) * Vec3Lanes::load(upper, kLanes) + row.place * Vec3Lanes::load(lower, kLanes);
   }
 
   const HairMaterial& material_;

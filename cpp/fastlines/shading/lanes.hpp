@@ -4,9 +4,14 @@
 // all numbers of threads give the same picture, bit for bit.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <cstring>
+#include <utility>
+
+#if defined(__SSE2__)
+#include <immintrin.h>
+#endif
 
 namespace fastlines {
 
@@ -25,6 +30,8 @@ inline constexpr int kRegisterBytes = 16;
 template <class T>
 struct Lanes {
   typedef T Register __attribute__((vector_size(kRegisterBytes)));
+  /// A register in an array. Compilers copy more than a register by narrower moves, for which wide loads would wait.
+  typedef T Stored __attribute__((vector_size(kRegisterBytes), aligned(alignof(T)), may_alias));
   using Mask = Lanes<std::int32_t>;
   static constexpr int kRegisters = kLanes * int(sizeof(T)) / kRegisterBytes, kPerRegister = kLanes / kRegisters;
   Register part[kRegisters];
@@ -34,20 +41,49 @@ struct Lanes {
     for (Register& each : part) each = Register{} + x;
   }
 
+  static Lanes load(const T* from) {
+    return of([=](int k) { return Register(reinterpret_cast<const Stored*>(from)[k]); });
+  }
+  void store(T* to) const {
+    for (int k = 0; k < kRegisters; ++k) reinterpret_cast<Stored*>(to)[k] = part[k];
+  }
+
   T operator[](int i) const { return part[i / kPerRegister][i % kPerRegister]; }
   void set(int i, T x) { part[i / kPerRegister][i % kPerRegister] = x; }
 
-  friend Lanes operator+(const Lanes& a, const Lanes& b) { return of([&](int k) { return a.part[k] + b.part[k]; }); }
-  friend Lanes operator-(const Lanes& a, const Lanes& b) { return of([&](int k) { return a.part[k] - b.part[k]; }); }
-  friend Lanes operator*(const Lanes& a, const Lanes& b) { return of([&](int k) { return a.part[k] * b.part[k]; }); }
-  friend Lanes operator/(const Lanes& a, const Lanes& b) { return of([&](int k) { return a.part[k] / b.part[k]; }); }
-  friend Lanes operator-(const Lanes& a) { return of([&](int k) { return -a.part[k]; }); }
-  friend Lanes operator&(const Lanes& a, const Lanes& b) { return of([&](int k) { return a.part[k] & b.part[k]; }); }
-  friend Lanes operator|(const Lanes& a, const Lanes& b) { return of([&](int k) { return a.part[k] | b.part[k]; }); }
-  friend Lanes operator^(const Lanes& a, const Lanes& b) { return of([&](int k) { return a.part[k] ^ b.part[k]; }); }
-  friend Lanes operator<<(const Lanes& a, int n) { return of([&](int k) { return a.part[k] << n; }); }
-  friend Lanes operator>>(const Lanes& a, int n) { return of([&](int k) { return a.part[k] >> n; }); }
-  friend Mask operator<(const Lanes& a, const Lanes& b) { return Mask::of([&](int k) { return a.part[k] < b.part[k]; }); }
+  friend Lanes operator+(const Lanes& a, const Lanes& b) {
+    return of([&](int k) { return a.part[k] + b.part[k]; });
+  }
+  friend Lanes operator-(const Lanes& a, const Lanes& b) {
+    return of([&](int k) { return a.part[k] - b.part[k]; });
+  }
+  friend Lanes operator*(const Lanes& a, const Lanes& b) {
+    return of([&](int k) { return a.part[k] * b.part[k]; });
+  }
+  friend Lanes operator/(const Lanes& a, const Lanes& b) {
+    return of([&](int k) { return a.part[k] / b.part[k]; });
+  }
+  friend Lanes operator-(const Lanes& a) {
+    return of([&](int k) { return -a.part[k]; });
+  }
+  friend Lanes operator&(const Lanes& a, const Lanes& b) {
+    return of([&](int k) { return a.part[k] & b.part[k]; });
+  }
+  friend Lanes operator|(const Lanes& a, const Lanes& b) {
+    return of([&](int k) { return a.part[k] | b.part[k]; });
+  }
+  friend Lanes operator^(const Lanes& a, const Lanes& b) {
+    return of([&](int k) { return a.part[k] ^ b.part[k]; });
+  }
+  friend Lanes operator<<(const Lanes& a, int n) {
+    return of([&](int k) { return a.part[k] << n; });
+  }
+  friend Lanes operator>>(const Lanes& a, int n) {
+    return of([&](int k) { return a.part[k] >> n; });
+  }
+  friend Mask operator<(const Lanes& a, const Lanes& b) {
+    return Mask::of([&](int k) { return a.part[k] < b.part[k]; });
+  }
   friend Mask operator<=(const Lanes& a, const Lanes& b) {
     return Mask::of([&](int k) { return a.part[k] <= b.part[k]; });
   }
@@ -108,38 +144,55 @@ inline FloatLanes round(const FloatLanes& x) {
   return (x + magic) - magic;
 }
 inline FloatLanes sqrt(const FloatLanes& x) {
-  float root[kLanes];
-  std::memcpy(root, &x, sizeof root);
-  for (float& each : root) each = std::sqrt(each);
-  FloatLanes roots;
-  std::memcpy(&roots, root, sizeof root);
-  return roots;
+  return FloatLanes::of([&](int k) {
+#if defined(__AVX512F__)
+    return FloatLanes::Register(_mm512_sqrt_ps(x.part[k]));
+#elif defined(__AVX2__)
+    return FloatLanes::Register(_mm256_sqrt_ps(x.part[k]));
+#elif defined(__SSE2__)
+    return FloatLanes::Register(_mm_sqrt_ps(x.part[k]));
+#else
+    FloatLanes::Register roots;
+    for (int i = 0; i < FloatLanes::kPerRegister; ++i) roots[i] = std::sqrt(x.part[k][i]);
+    return roots;
+#endif
+  });
 }
 
 /// Whether the mask is set in any lane.
 inline bool any(const IntLanes& mask) {
-  std::int32_t each[kLanes], found = 0;
-  std::memcpy(each, &mask, sizeof each);
-  for (const std::int32_t lane : each) found |= lane;
-  return found != 0;
+  IntLanes::Register found = mask.part[0];
+  for (int k = 1; k < IntLanes::kRegisters; ++k) found |= mask.part[k];
+#if defined(__AVX512F__)
+  return _mm512_movepi32_mask((__m512i)found) != 0;
+#elif defined(__AVX2__)
+  return _mm256_movemask_ps((__m256)found) != 0;
+#elif defined(__SSE2__)
+  return _mm_movemask_ps((__m128)found) != 0;
+#else
+  std::int32_t lanes = 0;
+  for (int i = 0; i < IntLanes::kPerRegister; ++i) lanes |= found[i];
+  return lanes != 0;
+#endif
 }
 
 /// The first n of 16 numbers; the other lanes repeat the last of them. n is at least 1.
 template <class T>
 Lanes<T> load_lanes(const T* from, int n) {
-  T each[kLanes];
-  for (int i = 0; i < kLanes; ++i) each[i] = from[i < n ? i : n - 1];
-  Lanes<T> x;
-  std::memcpy(&x, n < kLanes ? each : from, sizeof x);
-  return x;
+  T repeated[kLanes];
+  if (n < kLanes) {
+    for (int i = 0; i < kLanes; ++i) repeated[i] = from[std::min(i, n - 1)];
+    from = repeated;
+  }
+  return Lanes<T>::load(from);
 }
 /// Store the first n of 16 numbers.
 template <class T>
 void store_lanes(const Lanes<T>& x, T* to, int n) {
-  if (n >= kLanes)
-    std::memcpy(to, &x, sizeof x);
-  else
-    std::memcpy(to, &x, std::size_t(n) * sizeof(T));
+  if (n >= kLanes) return x.store(to);
+  T each[kLanes];
+  x.store(each);
+  std::copy_n(each, n, to);
 }
 
 /// 16 vectors of three numbers: of points, of directions, or of red, green and blue.
@@ -148,20 +201,30 @@ struct Vec3Lanes {
 
   /// Rows of three numbers, as NumPy has them: the first n of 16, of which the others repeat the last.
   static Vec3Lanes load(const float* from, int n) {
-    float x[kLanes], y[kLanes], z[kLanes];
-    for (int i = 0; i < kLanes; ++i) {
-      const float* const row = from + 3 * (i < n ? i : n - 1);
-      x[i] = row[0];
-      y[i] = row[1];
-      z[i] = row[2];
+    float repeated[3 * kLanes];
+    if (n < kLanes) {
+      for (int i = 0; i < kLanes; ++i) std::copy_n(from + 3 * std::min(i, n - 1), 3, repeated + 3 * i);
+      from = repeated;
     }
-    return {load_lanes(x, kLanes), load_lanes(y, kLanes), load_lanes(z, kLanes)};
+    Vec3Lanes v;
+    for (int k = 0; k < FloatLanes::kRegisters; ++k) {
+      const auto* const stored = reinterpret_cast<const FloatLanes::Stored*>(from) + 3 * k;
+      const Register rows[3] = {stored[0], stored[1], stored[2]};
+      v.x.part[k] = column<0>(rows, Each());
+      v.y.part[k] = column<1>(rows, Each());
+      v.z.part[k] = column<2>(rows, Each());
+    }
+    return v;
   }
   void store(float* to, int n) const {
-    float all[3][kLanes];
-    std::memcpy(all, this, sizeof all);
-    for (int i = 0; i < n; ++i)
-      for (int k = 0; k < 3; ++k) to[3 * i + k] = all[k][i];
+    float all[3 * kLanes];
+    for (int k = 0; k < FloatLanes::kRegisters; ++k) {
+      auto* const stored = reinterpret_cast<FloatLanes::Stored*>(n < kLanes ? all : to) + 3 * k;
+      stored[0] = row<0>(k, Each());
+      stored[1] = row<1>(k, Each());
+      stored[2] = row<2>(k, Each());
+    }
+    if (n < kLanes) std::copy_n(all, 3 * n, to);
   }
   static Vec3Lanes of(const float (&v)[3]) { return {v[0], v[1], v[2]}; }
 
@@ -170,6 +233,27 @@ struct Vec3Lanes {
   friend Vec3Lanes operator*(const Vec3Lanes& a, const Vec3Lanes& b) { return {a.x * b.x, a.y * b.y, a.z * b.z}; }
   friend Vec3Lanes operator*(const FloatLanes& s, const Vec3Lanes& a) { return {s * a.x, s * a.y, s * a.z}; }
   friend Vec3Lanes operator-(const Vec3Lanes& a) { return {-a.x, -a.y, -a.z}; }
+
+ private:
+  using Register = FloatLanes::Register;
+  static constexpr int kWidth = FloatLanes::kPerRegister;
+  using Each = std::make_integer_sequence<int, kWidth>;
+
+  /// Every third number of three registers, from the k-th.
+  template <int k, int... i>
+  [[gnu::always_inline]] static Register column(const Register (&rows)[3], std::integer_sequence<int, i...>) {
+    constexpr auto in_first = [](int lane) { return 3 * lane + k < 2 * kWidth; };
+    const Register first = __builtin_shufflevector(rows[0], rows[1], (in_first(i) ? 3 * i + k : 0)...);
+    return __builtin_shufflevector(first, rows[2], (in_first(i) ? i : 3 * i + k - kWidth)...);
+  }
+  /// The j-th of the three registers that hold register k of x, y and z as rows.
+  template <int j, int... i>
+  [[gnu::always_inline]] Register row(int k, std::integer_sequence<int, i...>) const {
+    constexpr auto point = [](int lane) { return (j * kWidth + lane) / 3; };
+    constexpr auto axis = [](int lane) { return (j * kWidth + lane) % 3; };
+    const Register xy = __builtin_shufflevector(x.part[k], y.part[k], (point(i) + (axis(i) == 1 ? kWidth : 0))...);
+    return __builtin_shufflevector(xy, z.part[k], (axis(i) == 2 ? kWidth + point(i) : i)...);
+  }
 };
 
 inline FloatLanes dot(const Vec3Lanes& a, const Vec3Lanes& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }

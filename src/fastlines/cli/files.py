@@ -14,7 +14,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import typer
 
 from .. import scenes
 from ..builder import build
@@ -284,5 +283,5 @@ def show_progress() -> bool:
 
 
 def note(text: str) -> None:
-    """Print a note to stderr."""
-    typer.echo(f"note: {text}", err=True)
+    """Print a note to stderr, above a progress bar if there is one."""
+    print(f"note: {text}", file=sys.stderr, flush=True)  # typer.echo would write past the bar

@@ -112,9 +112,14 @@ def write_many(order: Order, plan: PicturePlan) -> str:
 def write_one(order: Order, plan: PicturePlan) -> str:
     """Write one picture, of all samples or of those until Ctrl-C; return what was written, in words."""
     renderer = renderer_of(plan)
-    is_whole = add_samples(renderer, order.output, order.resume, show_progress())
+
+    def show() -> None:
+        write_picture(order.output, finish(renderer, plan).to_bytes(order.transparent), is_final=False)
+
+    early = show if order.file == ".png" else None  # whoever reads numbers wants those of all samples
+    is_whole = add_samples(renderer, order.output, order.resume, early)
     with without_interrupts():
-        if renderer.n_rows:  # else an older picture of this name is better
+        if renderer.has_picture:  # else an older picture of this name is better
             finish(renderer, plan).save(order.output, order.transparent)
         keep_state(renderer, order.output, is_whole, order.resume)
     if not plan.is_suitable:

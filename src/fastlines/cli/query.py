@@ -37,12 +37,11 @@ from .ray_files import read_rays
 #: The choices of --kind, and the methods of a tree.
 KINDS = {"first": "first_hit", "any": "any_hit", "all": "all_hits", "next": "next_hits", "count": "count_hits"}
 
-#: The kinds whose answer has t, and the kinds that list several hits of each ray.
-WITH_T, LISTS = ("first", "all", "next"), ("all", "next")
+#: The kinds that list several hits of each ray.
+LISTS = ("all", "next")
 
 #: Which kinds the options apply to that do not apply to all of them, and why not to the others.
 ONLY = {
-    "at": (WITH_T, "it returns no t"),
     "rank": (("next",), "only next chooses hits"),
     "merge": (("all",), "only all lists what can be merged"),
 }
@@ -90,7 +89,8 @@ def query(
         str | None,
         Option(
             metavar="WHERE",
-            help="Take t at the closest approach (closest, the default) or surface; for first, all and next.",
+            help="Take t at the closest approach (closest, the default) or the surface; with entry, rays hit only what "
+            "they come into from outside.",
         ),
     ] = None,
     merge: Annotated[
@@ -158,7 +158,7 @@ def query(
         raise InputError("give the rays either as a file or by --camera, such as --camera 640x480")
     if (kind == "next") != (nearest is not None):
         raise InputError("--kind next and --nearest go together: give the number of hits, such as --nearest 4")
-    only: dict[str, Any] = {"at": at, "rank": rank, "merge": merge}
+    only: dict[str, Any] = {"rank": rank, "merge": merge}
     for name, value in only.items():
         kinds, why = ONLY[name]
         if kind not in kinds:
@@ -181,7 +181,7 @@ def query(
     seen = None if ray_options["parts"] is None else opened.geometry.check_parts(ray_options["parts"])
     require_radius(opened.geometry, radius, spread or 0.0, seen)
     radius = radius or 0.0
-    given = {name: value for name, value in (only | {"k": nearest}).items() if value is not None}
+    given = {name: value for name, value in (only | {"at": at, "k": nearest}).items() if value is not None}
     if in_parquet:
         if output is None:
             raise InputError(

@@ -22,11 +22,14 @@ from .options import (
     Scheduler,
     Skip,
     Up,
+    refuse_given,
     vector,
 )
 
 #: The width and the height of a square picture in pixels.
 SIZE = 1024
+#: The same of a preview.
+PREVIEW_SIZE = 256
 WITHOUT_SIZE = f"If neither is given, there are about {SIZE}² pixels, in an aspect ratio that suits the lines."
 
 
@@ -105,6 +108,9 @@ def render(
             help="How many samples a pixel; 16 by default, 4 for thin lines, 64 with a lens.",
         ),
     ] = None,
+    preview: Annotated[
+        bool, Option("--preview", help=f"Draw a quick picture: about {PREVIEW_SIZE}² pixels with one sample each.")
+    ] = False,
     direction: Direction = None,
     up: Up = None,
     fov: Fov = None,
@@ -137,12 +143,18 @@ def render(
     """Render a picture of lines. For a file of lines or a scene, build a tree first.
 
     Without options, the look, the radius, the camera and the lights are chosen to suit the lines. Lines thinner than a
-    pixel are drawn by the fraction of it that they cover. Ctrl-C stops the samples, and writes the picture of those
-    that are done. The same command with [cyan]--resume[/] goes on, and gives the picture of an uninterrupted run.
+    pixel are drawn by the fraction of it that they cover. With [cyan]--preview[/], a quick small picture shows whether
+    the view and the colours are right.
+
+    A picture that takes more than a second is written early, and replaced every few seconds by one of more samples. One
+    that takes more than a minute says how long, before it starts. Ctrl-C stops the samples, and writes the picture of
+    those that are done. The same command with [cyan]--resume[/] goes on, and gives the picture of an uninterrupted run.
 
     [bold]Examples[/]
 
     [cyan]fastlines render hair.tfx -o hair.png[/]
+
+    [cyan]fastlines render hair.tfx --preview -o quick.png[/]
 
     [cyan]fastlines render hair.tfx --color blond --background '#334' --samples 64 -o blond.png[/]
 
@@ -172,6 +184,12 @@ def render(
 
     if legend is False and legend_title is not None:
         raise InputError("--no-legend and --legend-title are both given; give one of them")
+    if preview:
+        size = {"--width": width, "--height": height, "--samples": samples}
+        others = {"--quality": None if quality == "normal" else quality, "--resume": resume or None}
+        why = "--preview draws a small picture with one sample a pixel; leave out --preview"
+        refuse_given({**size, **others, "--levels": levels or None}, why)
+        samples = 1
     file = Path(output).suffix.lower()
     view = ViewOptions(
         direction=vector(direction, "--direction"),
@@ -201,6 +219,7 @@ def render(
         exposure=exposure,
         width=width,
         height=height,
+        side=PREVIEW_SIZE if preview else SIZE,
         samples=samples,
         camera=view,
         turntable=turntable,

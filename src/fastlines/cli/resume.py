@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import signal
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -12,8 +12,11 @@ import typer
 
 from ..errors import InputError
 from ..progress import reporting
-from ..rendering import Progressive
-from .files import check_output
+from ..rendering import Pace, Progressive, refined
+from .files import check_output, note, show_progress
+
+#: The least time between two unfinished pictures that are written.
+WRITE_SECONDS = 3.0
 
 
 def state_path(output: str) -> str:
@@ -28,14 +31,19 @@ def check_resume(output: str, resume: bool) -> None:
         raise InputError(f"{state_path(output)}: no such file; leave out --resume to render from the start")
 
 
-def add_samples(renderer: Progressive, output: str, resume: bool, progress: bool) -> bool:
-    """Add samples until there are enough or until Ctrl-C; return whether all are there."""
+def add_samples(renderer: Progressive, output: str, resume: bool, show: Callable[[], object] | None) -> bool:
+    """Add samples until there are enough or until Ctrl-C; return whether all are there.
+
+    `show` writes the picture so far. It is called every few seconds if the picture takes long.
+    """
     if resume:
         renderer.resume(state_path(output))
-    with reporting(progress, "render") as callback:
+    pace = Pace(WRITE_SECONDS)
+    with reporting(show_progress(), "render") as callback:
         try:
-            for _ in renderer.passes(callback):
-                pass
+            for _ in refined(renderer, callback, note):
+                if show is not None and pace.show(renderer, show) and pace.n_shown == 1 and show_progress():
+                    note(f"{output}: is a first picture; it is replaced by better ones as samples come")
         except KeyboardInterrupt:
             return False
     return True

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Iterator
 
 from ..errors import InputError
 from ..progress import reporting
-from ..rendering import Picture, check_frames_path, numbered, spaced_radii, write_frames
-from .files import check_output, show_progress
+from ..rendering import Picture, check_frames_path, numbered, spaced_radii, tell_if_long, write_frames
+from .files import check_output, note, show_progress
 
 
 def swept_radii(text: str) -> tuple[float, ...]:
@@ -30,10 +31,15 @@ def write_sequence(
     output: str, pictures: Iterator[Picture], n_pictures: int, seconds: float | None, is_transparent: bool
 ) -> str:
     """Write pictures as they are made; return the names of the files, in words."""
+    start = time.perf_counter()
     with reporting(show_progress(), "render") as callback:
 
         def shown() -> Iterator[Picture]:
             for i, picture in enumerate(pictures):
+                if i == 0 < n_pictures - 1:
+                    tell_if_long(
+                        f"these {n_pictures:,} pictures take", n_pictures * (time.perf_counter() - start), note
+                    )
                 if callback is not None:
                     callback((i + 1) / n_pictures)
                 yield picture

@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from ..arrays import IntArray
 from ..progress import ProgressCallback
+from ..query.at import At, has_exit, number_of
 from ..query.backend import HitColumns, HitLists
 from ..query.rays import NO_SPREAD, RayBatch
 from .columns import DeviceColumns, scan
@@ -44,43 +45,43 @@ class CudaBackend:
 
     scene: Scene
 
-    def first_hit(self, rays: RayBatch, surface: bool, progress: ProgressCallback | None) -> HitColumns:
+    def first_hit(self, rays: RayBatch, at: At, progress: ProgressCallback | None) -> HitColumns:
         """See `Backend`."""
-        found = self.find_first(self.upload(rays), surface).download(self.scene.device)
+        found = self.find_first(self.upload(rays), at).download(self.scene.device)
         _report_end(progress)
         return found
 
-    def any_hit(self, rays: RayBatch, progress: ProgressCallback | None) -> npt.NDArray[np.bool_]:
+    def any_hit(self, rays: RayBatch, at: At, progress: ProgressCallback | None) -> npt.NDArray[np.bool_]:
         """See `Backend`."""
-        hit = self.scene.device.download(self.find_any(self.upload(rays)), np.bool_, len(rays))
+        hit = self.scene.device.download(self.find_any(self.upload(rays), at), np.bool_, len(rays))
         _report_end(progress)
         return hit
 
-    def count_hits(self, rays: RayBatch, progress: ProgressCallback | None) -> IntArray:
+    def count_hits(self, rays: RayBatch, at: At, progress: ProgressCallback | None) -> IntArray:
         """See `Backend`."""
-        counts = self.scene.device.download(self.count(self.upload(rays)), np.int64, len(rays))
+        counts = self.scene.device.download(self.count(self.upload(rays), at), np.int64, len(rays))
         _report_end(progress)
         return counts
 
     def count_candidates(self, rays: RayBatch, progress: ProgressCallback | None) -> IntArray:
         """See `Backend`; these are the hits."""
-        return self.count_hits(rays, progress)
+        return self.count_hits(rays, "closest", progress)
 
     def list_hits(
-        self, rays: RayBatch, surface: bool, k: int | None, by_distance: bool, progress: ProgressCallback | None
+        self, rays: RayBatch, at: At, k: int | None, by_distance: bool, progress: ProgressCallback | None
     ) -> HitLists:
         """See `Backend`."""
         device = self.scene.device
-        lists = self.list(self.upload(rays), surface, k, by_distance)
+        lists = self.list(self.upload(rays), at, k, by_distance)
         found = device.download(lists.offsets, np.int64, len(rays) + 1), lists.columns.download(device)
         _report_end(progress)
         return found
 
-    def find_first(self, rays: RaysOnDevice, surface: bool) -> DeviceColumns:
+    def find_first(self, rays: RaysOnDevice, at: At) -> DeviceColumns:
         """Find the first hits, on the device."""
-        columns = DeviceColumns.allocate(self.scene.device, rays.n, surface)
+        columns = DeviceColumns.allocate(self.scene.device, rays.n, has_exit(at))
         record = self.scene.device.upload(hits_record(columns.pointers()))
-        self._launch("first_surface" if surface else "first_closest", rays, record.pointer)
+        self._launch_at("first", rays, at, record.pointer)
         return columns
 
     def count_steps(self, rays: RaysOnDevice) -> Memory:
@@ -89,49 +90,49 @@ class CudaBackend:
         self._launch("first_steps", rays, steps.pointer)
         return steps
 
-    def find_any(self, rays: RaysOnDevice) -> Memory:
+    def find_any(self, rays: RaysOnDevice, at: At) -> Memory:
         """Find out whether each ray hits anything, on the device."""
         found = self.scene.device.allocate(rays.n)
-        self._launch("any_hit", rays, found.pointer)
+        self._launch("any_entry" if at == "entry" else "any_hit", rays, found.pointer)
         return found
 
-    def count(self, rays: RaysOnDevice) -> Memory:
+    def count(self, rays: RaysOnDevice, at: At) -> Memory:
         """Count the hits of each ray, on the device."""
         counts = self.scene.device.allocate(8 * rays.n)
         if self.scene.has_repeats:
-            offsets, n_found = self._count_found(rays, None)
+            offsets, n_found = self._count_found(rays, at, None)
             prims = self.scene.device.allocate(4 * n_found)
-            self._launch("count_prims", rays, offsets.pointer, prims.pointer, counts.pointer)
+            self._launch("count_prims", rays, number_of(at), offsets.pointer, prims.pointer, counts.pointer)
         else:
-            self._launch("count_hits", rays, ALL, counts.pointer)
+            self._launch(_counting_kernel(at), rays, ALL, counts.pointer)
         return counts
 
-    def list(self, rays: RaysOnDevice, surface: bool, k: int | None, by_distance: bool) -> ListsOnDevice:
+    def list(self, rays: RaysOnDevice, at: At, k: int | None, by_distance: bool) -> ListsOnDevice:
         """List hits, on the device."""
         device, has_repeats = self.scene.device, self.scene.has_repeats
-        offsets, n_found = self._count_found(rays, k)
-        lists = ListsOnDevice(offsets, DeviceColumns.allocate(device, n_found, surface))
+        offsets, n_found = self._count_found(rays, at, k)
+        lists = ListsOnDevice(offsets, DeviceColumns.allocate(device, n_found, has_exit(at)))
         lengths = self._lengths(rays) if has_repeats else None
         pointer = 0 if lengths is None else lengths.pointer + 8
         record = device.upload(lists_record(offsets.pointer, lists.columns.pointers(), pointer))
         which = "all" if k is None else "near" if by_distance else "next"
-        self._launch(f"{which}_{'surface' if surface else 'closest'}", rays, record.pointer)
+        self._launch_at(which, rays, at, record.pointer)
         if lengths is None:
             return lists
         # Close the gaps that repeats leave.
-        kept = ListsOnDevice(lengths, DeviceColumns.allocate(device, self._add_up(lengths, rays.n), surface))
+        kept = ListsOnDevice(lengths, DeviceColumns.allocate(device, self._add_up(lengths, rays.n), has_exit(at)))
         to = device.upload(lists_record(lengths.pointer, kept.columns.pointers()))
         if rays.n:
             self.scene.kernels.launch("move_lists", rays.n, record.pointer, rays.n, to.pointer)
         return kept
 
-    def _count_found(self, rays: RaysOnDevice, k: int | None) -> tuple[Memory, int]:
+    def _count_found(self, rays: RaysOnDevice, at: At, k: int | None) -> tuple[Memory, int]:
         """Return where the list of each ray begins, if it has all hits that the ray finds or k, and how many are found.
 
         Where the scene has repeats, some are found several times.
         """
         offsets = self._lengths(rays)
-        self._launch("count_hits", rays, ALL if k is None else k, offsets.pointer + 8)
+        self._launch(_counting_kernel(at), rays, ALL if k is None else k, offsets.pointer + 8)
         return offsets, self._add_up(offsets, rays.n)
 
     def _lengths(self, rays: RaysOnDevice) -> Memory:
@@ -155,6 +156,13 @@ class CudaBackend:
         if rays.n:
             kernels.launch(name, rays.n * kernels.group, self.scene.record.pointer, rays.record.pointer, *arguments)
 
+    def _launch_at(self, query: str, rays: RaysOnDevice, at: At, pointer: int) -> None:
+        """Launch the kernel of a query that returns t."""
+        if has_exit(at):
+            self._launch(f"{query}_surface", rays, number_of(at), pointer)
+        else:
+            self._launch(f"{query}_closest", rays, pointer)
+
     def upload(self, rays: RayBatch) -> RaysOnDevice:
         """Copy checked rays to the device."""
         # Some of the rays of a batch may have no spread, when others have one.
@@ -167,6 +175,10 @@ class CudaBackend:
         if not has_spread:  # kernels do not read it
             pointers, steps = [*pointers, 0], [*steps, 0]
         return self.rays_on_device(pointers, len(rays), steps, parts)
+
+
+def _counting_kernel(at: At) -> str:
+    return "count_entries" if at == "entry" else "count_hits"
 
 
 def _report_end(progress: ProgressCallback | None) -> None:

@@ -25,10 +25,10 @@ class DeviceColumns:
     t_out: Memory | None
 
     @classmethod
-    def allocate(cls, device: Device, n: int, surface: bool) -> DeviceColumns:
+    def allocate(cls, device: Device, n: int, with_t_out: bool) -> DeviceColumns:
         """Return columns that nobody has written to."""
         t, u, distance = (device.allocate(4 * n) for _ in range(3))
-        return cls(n, t, device.allocate(8 * n), u, distance, device.allocate(4 * n) if surface else None)
+        return cls(n, t, device.allocate(8 * n), u, distance, device.allocate(4 * n) if with_t_out else None)
 
     def pointers(self) -> list[int]:
         """Return where the columns begin, in the order of `DeviceHits`."""

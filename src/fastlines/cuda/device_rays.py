@@ -12,6 +12,7 @@ from ..arrays import FloatArray, is_on_device
 from ..errors import InputError
 from ..geometry.any_geometry import AnyGeometry
 from ..geometry.offsets import NO_OFFSET
+from ..query.at import At
 from ..query.ray_arguments import RayArguments
 from ..query.rays import limits_of, require_radius, scene_bounds, warn_of_radius
 from .backend import CudaBackend, RaysOnDevice
@@ -53,21 +54,21 @@ class DeviceRayBatch:
     shape: tuple[int, ...]
     has_spread: bool
 
-    def first_hit(self, surface: bool) -> DeviceHits:
+    def first_hit(self, at: At) -> DeviceHits:
         """Find the nearest hit of each ray."""
-        return self._exported(self.backend.find_first(self.rays, surface), self.shape)
+        return self._exported(self.backend.find_first(self.rays, at), self.shape)
 
-    def any_hit(self) -> Any:
+    def any_hit(self, at: At) -> Any:
         """Find out for each ray whether it hits anything."""
-        return self._export(self.backend.find_any(self.rays), self.shape, np.bool_)
+        return self._export(self.backend.find_any(self.rays, at), self.shape, np.bool_)
 
-    def count_hits(self) -> Any:
+    def count_hits(self, at: At) -> Any:
         """Count the primitives that each ray hits."""
-        return self._export(self.backend.count(self.rays), self.shape, np.int64)
+        return self._export(self.backend.count(self.rays, at), self.shape, np.int64)
 
-    def list_hits(self, surface: bool, k: int | None, by_distance: bool) -> DeviceHits:
+    def list_hits(self, at: At, k: int | None, by_distance: bool) -> DeviceHits:
         """List all hits of each ray, or the k best."""
-        lists = self.backend.list(self.rays, surface, k, by_distance)
+        lists = self.backend.list(self.rays, at, k, by_distance)
         offsets = self._export(lists.offsets, (self.rays.n + 1,), np.int64)
         return self._exported(lists.columns, (lists.columns.n,), offsets)
 

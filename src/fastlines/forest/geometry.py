@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -89,7 +90,7 @@ class ForestGeometry(AnyGeometry):
     def _at(self, hits: HitPlaces, ask: Callable[[AnyGeometry, HitPlaces], Float64Array]) -> Float64Array:
         """Return vectors at hits, (n, 3)."""
         found = np.full((len(hits.prim), 3), np.nan)
-        self._filled(found, hits.prim, lambda of, rows, prim: ask(of, hits.some(rows)._replace(prim=prim)))
+        self._filled(found, hits.prim, lambda of, rows, prim: ask(of, replace(hits.some(rows), prim=prim)))
         return found
 
     # --- What the core gets ---
@@ -228,9 +229,9 @@ class ForestGeometry(AnyGeometry):
         """See `AnyGeometry`."""
         if name not in self.sample_names:
             return super().sample(name, hits)  # says so
-        none = self.sampled.sample(name, hits.some(slice(0, 0)))
+        none = self.sampled.sample(name, hits.some(np.zeros(0, np.int64)))
         found = np.empty((len(hits.prim), *none.shape[1:]), none.dtype)
-        self._filled(found, hits.prim, lambda of, rows, prim: of.sample(name, hits.some(rows)._replace(prim=prim)))
+        self._filled(found, hits.prim, lambda of, rows, prim: of.sample(name, replace(hits.some(rows), prim=prim)))
         return found
 
     def sample_needs_rays(self, name: str) -> bool:

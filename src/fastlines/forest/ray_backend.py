@@ -12,6 +12,7 @@ import numpy.typing as npt
 from .. import _core
 from ..arrays import FloatArray, IntArray
 from ..progress import ProgressCallback, staged
+from ..query.at import At, has_exit
 from ..query.backend import Backend, HitColumns, HitLists
 from ..query.rays import NO_LIMIT, NO_SPREAD, RayBatch
 from ..threads import get_num_threads
@@ -28,39 +29,39 @@ class ForestRays:
     top: TopTree
     kernel: str
 
-    def first_hit(self, rays: RayBatch, surface: bool, progress: ProgressCallback | None) -> HitColumns:
+    def first_hit(self, rays: RayBatch, at: At, progress: ProgressCallback | None) -> HitColumns:
         """See `Backend`."""
         if len(self.top) == 1:
             opened = self.store.open(0)
-            return _in_whole(opened, self._backend(opened, rays).first_hit(rays, surface, progress))
+            return _in_whole(opened, self._backend(opened, rays).first_hit(rays, at, progress))
         found: list[HitColumns] = []
         sizes = RayBlocks(len(self.top))
         for block, watched in _blocks(rays, progress, sizes):
             routes = self._routes(block, watched, sizes)
-            walk = _core.FirstHitWalk(block.arrays(), routes, surface, get_num_threads())
+            walk = _core.FirstHitWalk(block.arrays(), routes, has_exit(at), get_num_threads())
             for opened, part, seen in self._walk(walk, block, watched):
-                walk.give(self._backend(opened, rays).first_hit(part, surface, seen), opened.ids)
+                walk.give(self._backend(opened, rays).first_hit(part, at, seen), opened.ids)
             found.append(walk.hits())
         return _joined_columns(found)
 
-    def any_hit(self, rays: RayBatch, progress: ProgressCallback | None) -> npt.NDArray[np.bool_]:
+    def any_hit(self, rays: RayBatch, at: At, progress: ProgressCallback | None) -> npt.NDArray[np.bool_]:
         """See `Backend`."""
         if len(self.top) == 1:
-            return self._backend(self.store.open(0), rays).any_hit(rays, progress)
+            return self._backend(self.store.open(0), rays).any_hit(rays, at, progress)
         found = []
         sizes = RayBlocks(len(self.top))
         for block, watched in _blocks(rays, progress, sizes):
             walk = _core.AnyHitWalk(block.arrays(), self._routes(block, watched, sizes), get_num_threads())
             for opened, part, seen in self._walk(walk, block, watched):
-                walk.give(self._backend(opened, rays).any_hit(part, seen))
+                walk.give(self._backend(opened, rays).any_hit(part, at, seen))
             found.append(walk.found())
         joined: npt.NDArray[np.bool_] = _joined(found)
         return joined
 
-    def count_hits(self, rays: RayBatch, progress: ProgressCallback | None) -> IntArray:
+    def count_hits(self, rays: RayBatch, at: At, progress: ProgressCallback | None) -> IntArray:
         """See `Backend`."""
         if len(self.top) == 1:
-            return self._backend(self.store.open(0), rays).count_hits(rays, progress)
+            return self._backend(self.store.open(0), rays).count_hits(rays, at, progress)
         counts = np.zeros(len(rays), np.int64)
         begin = 0
         sizes = RayBlocks(len(self.top))
@@ -68,44 +69,44 @@ class ForestRays:
             visit = _core.Visit(block.arrays(), self._routes(block, watched, sizes), get_num_threads())
             of_block = counts[begin : begin + len(block)]
             for tile, opened, part, seen in self._visit(visit, block, watched):
-                visit.add_counts(tile, self._backend(opened, rays).count_hits(part, seen), of_block)
+                visit.add_counts(tile, self._backend(opened, rays).count_hits(part, at, seen), of_block)
             begin += len(block)
         return counts
 
     def count_candidates(self, rays: RayBatch, progress: ProgressCallback | None) -> IntArray:
         """See `Backend`; these are the hits."""
-        return self.count_hits(rays, progress)
+        return self.count_hits(rays, "closest", progress)
 
     def list_hits(
-        self, rays: RayBatch, surface: bool, k: int | None, by_distance: bool, progress: ProgressCallback | None
+        self, rays: RayBatch, at: At, k: int | None, by_distance: bool, progress: ProgressCallback | None
     ) -> HitLists:
         """See `Backend`."""
         if len(self.top) == 1:
             opened = self.store.open(0)
-            offsets, columns = self._backend(opened, rays).list_hits(rays, surface, k, by_distance, progress)
+            offsets, columns = self._backend(opened, rays).list_hits(rays, at, k, by_distance, progress)
             return offsets, _in_whole(opened, columns)
         if k is not None and not by_distance and k <= RayBlocks.MAX_KEPT:
-            return self._next_hits(rays, surface, k, progress)
+            return self._next_hits(rays, at, k, progress)
         found: list[HitLists] = []
         sizes = RayBlocks(len(self.top), first=RayBlocks.FIRST_RAYS)
         for block, watched in _blocks(rays, progress, sizes):
             visit = _core.Visit(block.arrays(), self._routes(block, watched, sizes), get_num_threads())
             for tile, opened, part, seen in self._visit(visit, block, watched):
-                offsets, columns = self._backend(opened, rays).list_hits(part, surface, k, by_distance, seen)
+                offsets, columns = self._backend(opened, rays).list_hits(part, at, k, by_distance, seen)
                 visit.add_lists(tile, (offsets, _in_whole(opened, columns)))
-            found.append(visit.merge(surface, k, by_distance, watched.merging()))
+            found.append(visit.merge(has_exit(at), k, by_distance, watched.merging()))
             sizes.fit_hits(len(block), int(found[-1][0][-1]))
         return _joined_lists(found)
 
-    def _next_hits(self, rays: RayBatch, surface: bool, k: int, progress: ProgressCallback | None) -> HitLists:
+    def _next_hits(self, rays: RayBatch, at: At, k: int, progress: ProgressCallback | None) -> HitLists:
         """List the first k hits of each ray, from tile to tile with falling limits."""
         found: list[HitLists] = []
         sizes = RayBlocks(len(self.top), most=RayBlocks.HITS // max(k, 16))
         for block, watched in _blocks(rays, progress, sizes):
             routes = self._routes(block, watched, sizes)
-            walk = _core.NextHitWalk(block.arrays(), routes, k, surface, get_num_threads())
+            walk = _core.NextHitWalk(block.arrays(), routes, k, has_exit(at), get_num_threads())
             for opened, part, seen in self._walk(walk, block, watched):
-                walk.give(self._backend(opened, rays).list_hits(part, surface, k, False, seen), opened.ids)
+                walk.give(self._backend(opened, rays).list_hits(part, at, k, False, seen), opened.ids)
             found.append(walk.lists())
         return _joined_lists(found)
 

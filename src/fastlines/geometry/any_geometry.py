@@ -16,7 +16,8 @@ from ..errors import InputError
 from ..support.display import Shown
 from ..support.immutable import Immutable
 from ..support.texts import counted
-from .hit_places import Float64Array, HitPlaces, interpolate, require_numbers
+from .hit_answers import HitAnswers
+from .hit_places import Float64Array, HitFrames, HitPlaces, interpolate, require_numbers
 from .offsets import NO_OFFSET, OFFSET, Offset, offset_of
 from .summary import summary_of
 
@@ -28,7 +29,7 @@ Section: TypeAlias = tuple[str, tuple[tuple[int, ...], ...], bool]
 NO_ATTRIBUTES: Mapping[str, Any] = MappingProxyType({})
 
 
-class AnyGeometry(Shown, Immutable, ABC):
+class AnyGeometry(Shown, HitAnswers, Immutable, ABC):
     """Primitives that a tree can be over. A kind of geometry is a subclass, and a row of `kinds.KINDS`.
 
     Each member is one question about the kind, and the rest of the package asks these instead of testing for classes. A
@@ -179,34 +180,16 @@ class AnyGeometry(Shown, Immutable, ABC):
 
     # --- Hits ---
 
-    @property
-    def has_axes(self) -> bool:
-        """Whether hits may be at a closest approach to an axis, not at a surface."""
-        return False
-
-    def points_at(self, hits: HitPlaces) -> Float64Array:
-        """Return the point of each hit on its ray; where the ray enters a surface, t is computed again in float64."""
-        return hits.on_rays()
-
-    def nearest_at(self, hits: HitPlaces, surface: bool) -> Float64Array:
-        """Return the point of each primitive, or of its surface if it has a radius, that is nearest to an origin."""
-        raise InputError(f"{type(self).__name__} have no nearest points")
-
-    def normals_at(self, hits: HitPlaces) -> Float64Array:
-        """Return the outward unit normal at each hit."""
-        raise InputError(f"{type(self).__name__} have no normals")
-
-    def tangents_at(self, hits: HitPlaces) -> Float64Array:
-        """Return the unit vector along the axis at each hit; NaN for what has none."""
-        return np.full((len(hits.prim), 3), np.nan)
+    def frames_at(self, hits: HitPlaces, lift: float) -> HitFrames:
+        """Return what shading reads of each hit, with points that are moved along the normals."""
+        normals, tangents = self.normals_at(hits), np.nan_to_num(self.tangents_at(hits))
+        radius = np.nan_to_num(self.sample("radius", hits)) if self.max_radius > 0 else np.zeros(len(hits.prim))
+        columns = self.points_at(hits) + lift * normals, normals, tangents, -hits.directions, radius + hits.radius
+        return HitFrames(*(column.astype(np.float32) for column in columns))
 
     def smooth_tangents_at(self, prim: IntArray, u: FloatArray, tangents: FloatArray) -> FloatArray:
         """Return directions at hits without steps between neighbours, from the tangents of the primitives."""
         return tangents
-
-    def axis_points(self, prim: IntArray, u: AnyArray) -> Float64Array:
-        """Return the points of the axes at places u; NaN for what has none."""
-        return np.full((len(prim), 3), np.nan)
 
     def rows_of(self, prim: IntArray) -> IntArray:
         """Return the row of the input that each of some primitives was."""

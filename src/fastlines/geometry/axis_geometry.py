@@ -6,21 +6,22 @@ import math
 from abc import abstractmethod
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
 from ..arrays import AnyArray, FloatArray, IntArray
+from ..engines import engine
 from ..errors import InputError
 from ..support.computed_once import computed_once
 from ..support.distinct import distinct
 from ..support.immutable import own
 from ..support.texts import counted
 from ..support.vectors import is_zero
+from ..threads import get_num_threads
 from .any_geometry import AnyGeometry, CoreData
-from .hit_places import Float64Array, HitPlaces, interpolate, perpendicular, unit
-from .round_cone_entry import enter_round_cones
+from .hit_places import Float64Array, HitFrames, HitPlaces, HitRays, perpendicular, unit
 from .selection import rows_of_prims, rows_of_strands
 from .shapes import ROUND_CONE, shape_rows
 
@@ -28,6 +29,13 @@ if TYPE_CHECKING:
     from .lines import Lines
 
 Self = TypeVar("Self", bound="AxisGeometry")
+
+#: Of curves: control points, radii, the first piece of each, and the parameter at both ends of each piece.
+CurveArrays: TypeAlias = tuple[FloatArray, FloatArray | None, IntArray, FloatArray, FloatArray]
+#: Both ends of each straight axis, with the radius at both if there is one, and the curves that they stand for.
+AxisArrays: TypeAlias = tuple[FloatArray, CurveArrays | None]
+#: Of hits: prim, u, t, and the row of the ray of each.
+PlaceArrays: TypeAlias = tuple[IntArray, Float64Array, Float64Array, IntArray | None]
 
 
 class AxisGeometry(AnyGeometry):
@@ -53,13 +61,15 @@ class AxisGeometry(AnyGeometry):
     def control_points(self) -> FloatArray:
         """The ends of straight axes (n, 2, 3), or the Bezier control points of curved ones (n, 4, 3)."""
 
-    def on_straight(self, hits: HitPlaces) -> HitPlaces:
-        """Return hits as hits of the straight lines."""
-        return hits
+    @property
+    def compiled_axes(self) -> AxisArrays:
+        """The axes as compiled code reads them: straight ones and, of curves, those that they stand for."""
+        straight = self.straight
+        return (straight.axes if straight.radius is None else straight.cone_rows), None
 
-    def radius_at(self, prim: IntArray, u: Float64Array) -> npt.NDArray[Any]:
+    def radius_at(self, prim: IntArray, u: Float64Array) -> Float64Array:
         """Return the radius at places u."""
-        return interpolate(self.straight.end_radii[prim], np.stack([1 - u, u], axis=1))
+        return engine.hit_radii(self.compiled_axes, prim, u, get_num_threads(), None)
 
     # --- Words ---
 
@@ -191,9 +201,23 @@ class AxisGeometry(AnyGeometry):
         """Always, whatever the radius."""
         return True
 
+    takes_misses = True
+
     def points_at(self, hits: HitPlaces) -> Float64Array:
         """See `AnyGeometry`."""
-        return self._enter(hits)[0]
+        return engine.hit_points(self.compiled_axes, *_arrays(hits), hits.at_surface, get_num_threads(), None)
+
+    def normals_at(self, hits: HitPlaces) -> Float64Array:
+        """See `AnyGeometry`."""
+        return engine.hit_normals(self.compiled_axes, *_arrays(hits), hits.at_surface, get_num_threads(), None)
+
+    def tangents_at(self, hits: HitPlaces) -> Float64Array:
+        """See `AnyGeometry`."""
+        return engine.hit_tangents(self.compiled_axes, hits.prim, hits.u, get_num_threads(), None)
+
+    def frames_at(self, hits: HitPlaces, lift: float) -> HitFrames:
+        """See `AnyGeometry`."""
+        return HitFrames(*engine.hit_frames(self.compiled_axes, *_arrays(hits), lift, get_num_threads(), None))
 
     def nearest_at(self, hits: HitPlaces, surface: bool) -> Float64Array:
         """Return the point of the axis at u, or that of the surface towards the origin."""
@@ -201,29 +225,9 @@ class AxisGeometry(AnyGeometry):
         if not surface:
             return axis
         away = hits.origins - axis
-        centred = is_zero(away)
+        centred = np.flatnonzero(is_zero(away))
         away[centred] = perpendicular(self.tangents_at(hits.some(centred)))
         return np.asarray(axis + self.radius_at(hits.prim, hits.u)[:, None] * unit(away))
-
-    def normals_at(self, hits: HitPlaces) -> Float64Array:
-        """See `AnyGeometry`."""
-        at, s, start, edge = self._enter(hits)
-        return hits.outwards(at - (start + s[:, None] * edge))
-
-    def tangents_at(self, hits: HitPlaces) -> Float64Array:
-        """See `AnyGeometry`."""
-        return unit(_edges(self.straight.segments[self.on_straight(hits).prim])[1])
-
-    def _enter(self, hits: HitPlaces) -> tuple[Float64Array, Float64Array, Float64Array, Float64Array]:
-        """Return the point of each hit, its place on the axis of a segment, and the start and the edge of this."""
-        # Intersect the surface in float64, except where a bound of the ray cut it off.
-        at = self.on_straight(hits)
-        start, edge = _edges(self.straight.segments[at.prim])
-        radii = self.straight.end_radii[at.prim].astype(np.float64) + hits.radius[:, None]
-        rays = hits.origins, hits.directions
-        t, s = enter_round_cones(start, edge, radii[:, 0], radii[:, 1] - radii[:, 0], *rays)
-        use = hits.enters & np.isfinite(t)
-        return hits.entering_at(t).on_rays(), np.where(use, s, at.u), start, edge
 
     def rows_of(self, prim: IntArray) -> IntArray:
         """See `AnyGeometry`."""
@@ -369,7 +373,7 @@ class AxisGeometry(AnyGeometry):
         return n - len(np.unique(np.where(turned[:, None], backwards, forwards), axis=0))
 
 
-def _edges(segments: FloatArray) -> tuple[Float64Array, Float64Array]:
-    """Return the start of each segment, and its end − start."""
-    ends = segments.astype(np.float64)
-    return ends[:, 0], ends[:, 1] - ends[:, 0]
+def _arrays(hits: HitPlaces) -> tuple[PlaceArrays, HitRays]:
+    """Return hits and their rays as compiled code reads them."""
+    assert hits.rays is not None
+    return (hits.prim, hits.u, hits.t, hits.ray), hits.rays

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, ClassVar, NoReturn
 
 import numpy as np
@@ -171,7 +171,7 @@ class Geometry(AnyGeometry):
     def _at(self, hits: HitPlaces, ask: Callable[[AnyGeometry, HitPlaces], Float64Array]) -> Float64Array:
         """Return vectors at hits, (n, 3), which each part tells of its own."""
         found = np.full((len(hits.prim), 3), np.nan)
-        self._filled(found, hits.prim, lambda part, rows, prim: ask(part, hits.some(rows)._replace(prim=prim)))
+        self._filled(found, hits.prim, lambda part, rows, prim: ask(part, replace(hits.some(rows), prim=prim)))
         return found
 
     def _filled(self, found: AnyArray, prim: IntArray, ask: Callable[[AnyGeometry, IntArray, IntArray], Any]) -> Any:
@@ -267,7 +267,7 @@ class Geometry(AnyGeometry):
         if name not in self.sample_names:
             raise InputError(f"name={name!r} is not an attribute of any part{did_you_mean(name, self.sample_names)}")
         asked = [
-            (rows, part.sample(name, hits.some(rows)._replace(prim=prim)))
+            (rows, part.sample(name, replace(hits.some(rows), prim=prim)))
             for part, rows, prim in self._by_part(hits.prim)
             if name in part.sample_names
         ]

@@ -26,11 +26,10 @@ from ..errors import InputError
 from ..support.computed_once import computed_once
 from ..support.immutable import frozen
 from .any_geometry import AnyGeometry, Section
-from .axis_geometry import AxisGeometry
+from .axis_geometry import AxisArrays, AxisGeometry
 from .bezier import Float64Array, evaluate, largest
 from .curve_input import check_attributes, check_columns, convert_bezier, convert_strands, valid
 from .curve_pieces import Pieces, as_places, cut_curves
-from .hit_places import HitPlaces, unit
 from .lines import AXES, Lines, check_unit
 from .offsets import checked_metadata
 
@@ -244,10 +243,11 @@ class Curves(AxisGeometry):
         """The Bezier control points."""
         return self.control
 
-    def on_straight(self, hits: HitPlaces) -> HitPlaces:
-        """Return hits as hits of the pieces."""
-        piece, s = self.locate(hits.prim, hits.u)
-        return hits._replace(prim=piece, u=s)
+    @property
+    def compiled_axes(self) -> AxisArrays:
+        """See `AxisGeometry`."""
+        pieces = self.pieces
+        return super().compiled_axes[0], (self.control, self.radius, pieces.first, pieces.begin, pieces.end)
 
     @property
     def owner(self) -> IntArray:
@@ -258,17 +258,9 @@ class Curves(AxisGeometry):
         """See `AnyGeometry`."""
         raise InputError("hits of curves are put together on the CPU; pass rays as NumPy arrays")
 
-    def tangents_at(self, hits: HitPlaces) -> Float64Array:
-        """See `AnyGeometry`."""
-        return unit(self.evaluate(hits.prim, hits.u).tangents)
-
     def axis_points(self, prim: IntArray, u: AnyArray) -> Float64Array:
         """See `AnyGeometry`."""
         return np.asarray(self.evaluate(prim, u).points - self.offset, np.float64)
-
-    def radius_at(self, prim: IntArray, u: Float64Array) -> Float64Array:
-        """See `AxisGeometry`."""
-        return self.evaluate(prim, u).radius
 
     def begins(self) -> npt.NDArray[np.bool_]:
         """See `AnyGeometry`; curves go on only with the same radius."""

@@ -2,40 +2,124 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from ..arrays import IntArray
+from ..arrays import FloatArray, IntArray
 from ..errors import InputError
+from ..support.computed_once import computed_once
 from ..support.vectors import dot, is_zero
 
 Float64Array = npt.NDArray[np.float64]
 
 
-class HitPlaces(NamedTuple):
-    """Hits and their rays: one row for each hit, without misses."""
+class HitRays(NamedTuple):
+    """The rays of hits: origins and directions (m, 3); radius, t_min and t_max (m,), or (1,) for all."""
+
+    origins: npt.NDArray[Any]
+    directions: npt.NDArray[Any]
+    radius: npt.NDArray[Any]
+    t_min: npt.NDArray[Any]
+    t_max: npt.NDArray[Any]
+
+    @classmethod
+    def of_points(cls, points: Float64Array) -> HitRays:
+        """Return rays that begin at points and end there."""
+        zero = np.zeros(1)
+        return cls(points, np.zeros(points.shape), zero, zero, zero)
+
+
+class HitFrames(NamedTuple):
+    """What shading reads of hits, one row a hit: float32, computed in float64.
+
+    Attributes
+    ----------
+    points : (n, 3) float32
+        Moved outwards along the normals.
+    normals : (n, 3) float32
+        Unit vectors, outwards.
+    tangents : (n, 3) float32
+        Unit vectors along the axes; zero where there is none.
+    to_eye : (n, 3) float32
+        The directions of the rays, backwards.
+    radius : (n,) float32
+        Of the primitive, 0 if it has none, and of the ray together.
+    """
+
+    points: FloatArray
+    normals: FloatArray
+    tangents: FloatArray
+    to_eye: FloatArray
+    radius: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class HitPlaces:
+    """Hits and their rays, one row for each hit.
+
+    Attributes
+    ----------
+    prim : (n,) int64
+        The primitives. Misses, -1, are among them only for geometry that `takes_misses`.
+    u, t : (n,) float64
+        The places on the primitives, and on the rays.
+    rays : HitRays or None
+        None if they are unknown.
+    ray : (n,) int64 or None
+        The row of the ray of each hit; None if hit i is of ray i.
+    at_surface : bool
+        Whether t is where a ray enters a surface, or a bound of the ray if it starts inside.
+    """
 
     prim: IntArray
     u: Float64Array
     t: Float64Array
-    origins: Float64Array
-    directions: Float64Array
-    radius: Float64Array
-    #: Whether the ray enters a surface at t. It does not if it starts inside, so that t is a bound of the ray.
-    enters: npt.NDArray[np.bool_]
+    rays: HitRays | None = None
+    ray: IntArray | None = None
+    at_surface: bool = True
 
     @classmethod
     def without_rays(cls, prim: IntArray, u: Float64Array) -> HitPlaces:
-        """Return hits whose rays are unknown (NaN)."""
-        unknown = np.full(len(prim), np.nan)
-        vectors = np.full((len(prim), 3), np.nan)
-        return cls(prim, u, unknown, vectors, vectors, unknown, np.zeros(len(prim), bool))
+        """Return hits whose rays are unknown."""
+        return cls(prim, u, np.full(len(prim), np.nan))
 
-    def some(self, rows: Any) -> HitPlaces:
+    def some(self, rows: IntArray) -> HitPlaces:
         """Return the hits in some rows."""
-        return HitPlaces(*(column[rows] for column in self))
+        return replace(
+            self, prim=self.prim[rows], u=self.u[rows], t=self.t[rows], ray=rows if self.ray is None else self.ray[rows]
+        )
+
+    @computed_once
+    def origins(self) -> Float64Array:
+        """The origin of each ray, (n, 3)."""
+        return self._of_rays("origins")
+
+    @computed_once
+    def directions(self) -> Float64Array:
+        """The direction of each ray, (n, 3)."""
+        return self._of_rays("directions")
+
+    @property
+    def radius(self) -> Float64Array:
+        """The radius of each ray, (n,)."""
+        return self._of_rays("radius")
+
+    @property
+    def enters(self) -> npt.NDArray[np.bool_]:
+        """Whether each ray enters a surface at t, (n,). It does not if it starts inside, so that t is a bound."""
+        inside: npt.NDArray[np.bool_] = (self.t != self._of_rays("t_min")) & (self.t != self._of_rays("t_max"))
+        return inside & self.at_surface
+
+    def _of_rays(self, name: str) -> Float64Array:
+        """Return a column of the rays, one row a hit, in float64."""
+        assert self.rays is not None
+        values = getattr(self.rays, name)
+        if len(values) == 1:
+            return np.broadcast_to(values.astype(np.float64), (len(self.prim), *values.shape[1:]))
+        return np.asarray(values if self.ray is None else values[self.ray], np.float64)
 
     def on_rays(self) -> Float64Array:
         """Return the points on the rays."""
@@ -43,7 +127,7 @@ class HitPlaces(NamedTuple):
 
     def entering_at(self, exact: Float64Array) -> HitPlaces:
         """Return the hits with a t computed again, where it is finite and the ray enters a surface."""
-        return self._replace(t=np.where(self.enters & np.isfinite(exact), exact, self.t))
+        return replace(self, t=np.where(self.enters & np.isfinite(exact), exact, self.t))
 
     def outwards(self, away: Float64Array) -> Float64Array:
         """Return unit normals, from vectors of any length; where these are zero, against the rays."""

@@ -43,8 +43,7 @@ class Answer(Shown):
 
     def __getstate__(self) -> dict[str, Any]:
         known = {name: getattr(self, name) for name in self._in_pickles} if self.geometry is not None else {}
-        kept = {name: value for name, value in self.__dict__.items() if name != "_outwards"}
-        return kept | known | dict.fromkeys(self._unpickled)
+        return self.__dict__ | known | dict.fromkeys(self._unpickled)
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         frozen = {name: own(state[name]) for name in self._in_pickles if name in state}

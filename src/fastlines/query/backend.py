@@ -11,12 +11,13 @@ import numpy.typing as npt
 from .. import _core
 from ..arrays import FloatArray, IntArray
 from ..progress import ProgressCallback
-from ..threads import get_num_threads
+from ..threads import check_wanted, get_num_threads
+from .at import At
 
 if TYPE_CHECKING:
     from .rays import RayBatch
 
-#: Hits: t, prim, u, distance, and with ``at="surface"`` t_out.
+#: Hits: t, prim, u, distance, and t_out unless t is at the closest approach.
 HitColumns: TypeAlias = tuple[FloatArray, IntArray, FloatArray, FloatArray, FloatArray | None]
 
 #: Lists of hits: offsets (n_rays + 1,), and the columns of all hits.
@@ -29,24 +30,25 @@ KERNELS = {"auto": 0, "single": 1, "wave": 2, "bundle": 3, "binary": -1}
 class Backend(Protocol):
     """Answers checked rays about one set of lines; the answers of all backends are the same, bit for bit.
 
-    With `surface`, t is where the ray enters the capsule of its radius around a segment, and ``t_out`` where it leaves;
-    else t is at the closest approach. A long call reports the fraction that is done, and ends at Ctrl-C.
+    With ``at="closest"``, t is at the closest approach. With ``"surface"``, it is where the ray enters the capsule of
+    its radius around a segment, and ``t_out`` where it leaves. With ``"entry"``, only rays that enter hit. A long call
+    reports the fraction that is done, and ends at Ctrl-C.
     """
 
-    def first_hit(self, rays: RayBatch, surface: bool, progress: ProgressCallback | None) -> HitColumns:
+    def first_hit(self, rays: RayBatch, at: At, progress: ProgressCallback | None) -> HitColumns:
         """Find the nearest hit of each ray; prim is -1 and t and distance are inf for a miss."""
 
-    def any_hit(self, rays: RayBatch, progress: ProgressCallback | None) -> npt.NDArray[np.bool_]:
+    def any_hit(self, rays: RayBatch, at: At, progress: ProgressCallback | None) -> npt.NDArray[np.bool_]:
         """Find out for each ray whether it hits anything."""
 
-    def count_hits(self, rays: RayBatch, progress: ProgressCallback | None) -> IntArray:
+    def count_hits(self, rays: RayBatch, at: At, progress: ProgressCallback | None) -> IntArray:
         """Count the segments that each ray hits."""
 
     def count_candidates(self, rays: RayBatch, progress: ProgressCallback | None) -> IntArray:
         """Count what a list of all hits of each ray holds while it is made: hits, and what is dropped or joined."""
 
     def list_hits(
-        self, rays: RayBatch, surface: bool, k: int | None, by_distance: bool, progress: ProgressCallback | None
+        self, rays: RayBatch, at: At, k: int | None, by_distance: bool, progress: ProgressCallback | None
     ) -> HitLists:
         """List all hits of each ray by t and prim; or the first k of them; or the k nearest to the ray by distance."""
 
@@ -60,33 +62,34 @@ class CompiledBackend:
     #: The number of the kernel, for a module that has kernels.
     kernel: tuple[int, ...] = ()
 
-    def first_hit(self, rays: RayBatch, surface: bool, progress: ProgressCallback | None) -> HitColumns:
+    def first_hit(self, rays: RayBatch, at: At, progress: ProgressCallback | None) -> HitColumns:
         """See `Backend`."""
-        found: HitColumns = self.functions.first_hit(self.view, rays.arrays(), surface, *self._how(progress))
+        found: HitColumns = self.functions.first_hit(self.view, rays.arrays(), at, *self._how(progress))
         return found
 
-    def any_hit(self, rays: RayBatch, progress: ProgressCallback | None) -> npt.NDArray[np.bool_]:
+    def any_hit(self, rays: RayBatch, at: At, progress: ProgressCallback | None) -> npt.NDArray[np.bool_]:
         """See `Backend`."""
-        found: npt.NDArray[np.bool_] = self.functions.any_hit(self.view, rays.arrays(), *self._how(progress))
+        found: npt.NDArray[np.bool_] = self.functions.any_hit(self.view, rays.arrays(), at, *self._how(progress))
         return found
 
-    def count_hits(self, rays: RayBatch, progress: ProgressCallback | None) -> IntArray:
+    def count_hits(self, rays: RayBatch, at: At, progress: ProgressCallback | None) -> IntArray:
         """See `Backend`."""
-        counts: IntArray = self.functions.count_hits(self.view, rays.arrays(), *self._how(progress))
+        counts: IntArray = self.functions.count_hits(self.view, rays.arrays(), at, *self._how(progress))
         return counts
 
     def count_candidates(self, rays: RayBatch, progress: ProgressCallback | None) -> IntArray:
         """See `Backend`; these are the hits."""
-        return self.count_hits(rays, progress)
+        return self.count_hits(rays, "closest", progress)
 
     def list_hits(
-        self, rays: RayBatch, surface: bool, k: int | None, by_distance: bool, progress: ProgressCallback | None
+        self, rays: RayBatch, at: At, k: int | None, by_distance: bool, progress: ProgressCallback | None
     ) -> HitLists:
         """See `Backend`."""
         how = self._how(progress)
-        lists: HitLists = self.functions.list_hits(self.view, rays.arrays(), surface, k, by_distance, *how)
+        lists: HitLists = self.functions.list_hits(self.view, rays.arrays(), at, k, by_distance, *how)
         return lists
 
     def _how(self, progress: ProgressCallback | None) -> tuple[Any, ...]:
-        """Return the last arguments of every function of a module."""
+        """Return the last arguments of every function of a module, if the answer is wanted."""
+        check_wanted()
         return (*self.kernel, get_num_threads(), progress)

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from ..arrays import FloatArray, IntArray
+from ..geometry.any_geometry import AnyGeometry
 from ..geometry.hit_places import Float64Array, HitPlaces
 from .prim_numbers import PrimNumbers
 
@@ -29,7 +31,7 @@ class FoundPrims(PrimNumbers):
         >>> print(fl.build([[[-1, 0, 0], [1, 0, 0]]]).first_hit([0, 0, -5], [0, 0, 1], 0.5).tangents())
         [1. 0. 0.]
         """
-        return self._filled(self._known().tangents_at(self._places(on_rays=False)))
+        return self._at_places(False, lambda geometry, places: geometry.tangents_at(places))
 
     def sample(self, name: str) -> npt.NDArray[Any]:
         """Return an attribute of what was found, or its radius, at each place; NaN for a miss.
@@ -53,18 +55,29 @@ class FoundPrims(PrimNumbers):
         geometry = self._known()
         return self._filled(geometry.sample(name, self._places(on_rays=geometry.sample_needs_rays(name))))
 
-    def _places(self, *, on_rays: bool = True) -> HitPlaces:
-        """Return each place, without misses; its ray, or a ray that begins there, is left out if it is not needed."""
-        is_found = self.prim >= 0
-        prim, u = self.prim_number[is_found], self.u[is_found].astype(np.float64)
-        return self._on_rays(prim, u) if on_rays else HitPlaces.without_rays(prim, u)
+    def _at_places(self, on_rays: bool, ask: Callable[[AnyGeometry, HitPlaces], npt.NDArray[Any]]) -> Float64Array:
+        """Return vectors that the geometry tells of each place, NaN for misses."""
+        geometry = self._known()
+        return self._filled(ask(geometry, self._places(on_rays=on_rays, misses=geometry.takes_misses)))
 
-    def _on_rays(self, prim: IntArray, u: Float64Array) -> HitPlaces:
-        """Return the places of these primitives with their rays."""
+    def _places(self, *, on_rays: bool = True, misses: bool = False) -> HitPlaces:
+        """Return each place; its ray, or a ray that begins there, is left out if it is not needed."""
+        prim, u = self.prim_number.reshape(-1), self.u.reshape(-1)
+        rows = None
+        if not misses and not (is_found := prim >= 0).all():
+            rows = np.flatnonzero(is_found)
+            prim, u = prim[rows], u[rows]
+        exact: Float64Array = u.astype(np.float64)
+        return self._on_rays(prim, exact, rows) if on_rays else HitPlaces.without_rays(prim, exact)
+
+    def _on_rays(self, prim: IntArray, u: Float64Array, rows: IntArray | None) -> HitPlaces:
+        """Return the places of these primitives with their rays: all places, or those in some rows."""
         raise NotImplementedError
 
     def _filled(self, values: npt.NDArray[Any]) -> npt.NDArray[Any]:
         """Return values of all that was found as float64 in the shape of the answer, NaN for misses."""
-        filled = np.full((*self.prim.shape, *values.shape[1:]), np.nan)
-        filled[self.prim >= 0] = values
-        return filled
+        if len(values) == self.prim.size:
+            return np.asarray(values, np.float64).reshape((*self.prim.shape, *values.shape[1:]))
+        filled = np.full((self.prim.size, *values.shape[1:]), np.nan)
+        filled[self.prim.reshape(-1) >= 0] = values
+        return filled.reshape((*self.prim.shape, *values.shape[1:]))

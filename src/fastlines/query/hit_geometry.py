@@ -6,9 +6,8 @@ import numpy as np
 
 from ..arrays import FloatArray, IntArray
 from ..errors import InputError
-from ..geometry.hit_places import Float64Array, HitPlaces
+from ..geometry.hit_places import Float64Array, HitFrames, HitPlaces, HitRays
 from ..geometry.offsets import NO_OFFSET
-from ..support.computed_once import computed_once
 from .found_prims import FoundPrims
 from .rays import RayBatch
 
@@ -51,15 +50,18 @@ class HitGeometry(FoundPrims):
         >>> tree.any_hit(hits.points(outside=True)[0], [1, 0, -1])
         array(False)
         """
-        geometry, hits = self._known(), self._places()
-        points = geometry.points_at(hits)
+        geometry = self._known()
+        points = self._at_places(True, lambda geometry, places: geometry.points_at(places))
         if outside:
-            self._require_surface()
-            bounds = np.asarray(geometry.bounds, np.float64)
-            size = float(np.ptp(bounds, axis=0).max() + np.abs(bounds).max()) if len(geometry) else 0.0
-            distance = OUTSIDE * (size + geometry.radius_of(hits.prim) + hits.radius)
-            points = points + distance[:, None] * self._outwards
-        return self._filled(points if geometry.offset == NO_OFFSET else points + np.array(geometry.offset))
+            points = points + self._outside()[..., None] * self.normals()
+        return points if geometry.offset == NO_OFFSET else points + np.array(geometry.offset)
+
+    def _outside(self) -> Float64Array:
+        """Return how far outside of the surface each ray starts that is not to hit it again."""
+        geometry, places = self._known(), self._places()
+        bounds = np.asarray(geometry.bounds, np.float64)
+        size = float(np.ptp(bounds, axis=0).max() + np.abs(bounds).max()) if len(geometry) else 0.0
+        return self._filled(OUTSIDE * (size + geometry.radius_of(places.prim) + places.radius))
 
     def normals(self) -> Float64Array:
         """Return the unit normal of the surface at each point of entry, outwards, (…, 3) float64.
@@ -80,12 +82,37 @@ class HitGeometry(FoundPrims):
         [ 0.  0. -1.]
         """
         self._require_surface()
-        return self._filled(self._outwards)
+        return self._at_places(True, lambda geometry, places: geometry.normals_at(places))
 
-    @computed_once
-    def _outwards(self) -> Float64Array:
-        """The normal at each hit, without misses."""
-        return self._known().normals_at(self._places())
+    def frames(self, rows: IntArray | None = None, *, lift: float = 0.0) -> HitFrames:
+        """Return points, normals, tangents, directions to the eye and radii of hits in float32, for shading.
+
+        They are computed in float64 and then rounded. They are in the frame of the arrays of the geometry: its offset
+        is not added. The arrays of the rays must not have changed since the query, which is not checked.
+
+        Parameters
+        ----------
+        rows : (n,) int64, optional
+            The rows of hits in the flattened answer, in any order; by default those of all hits.
+        lift : float
+            How far points are moved outwards along the normals.
+
+        Raises
+        ------
+        InputError
+            If the query was not ``at="surface"``.
+
+        Examples
+        --------
+        >>> import fastlines as fl
+        >>> tree = fl.build(fl.Lines.from_segments([[[-1, 0, 0], [1, 0, 0]]], radius=[0.5]))
+        >>> frames = tree.first_hit([[9, 9, 9], [0, 0, -5]], [0, 0, 1], at="surface").frames(lift=0.25)
+        >>> print(frames.points, frames.normals, frames.tangents, frames.radius)
+        [[ 0.    0.   -0.75]] [[ 0.  0. -1.]] [[1. 0. 0.]] [0.5]
+        """
+        self._require_surface()
+        places = self._places(misses=rows is not None)
+        return self._known().frames_at(places if rows is None else places.some(rows), lift)
 
     def _require_surface(self) -> None:
         """Refuse hits at the closest approach, unless nothing that was hit has an axis to approach."""
@@ -95,25 +122,17 @@ class HitGeometry(FoundPrims):
                 "at='surface'"
             )
 
-    def _ray_of_hits(self) -> IntArray:
-        """Return the row of the ray of each hit, without misses."""
+    def _ray_of_rows(self) -> IntArray | None:
+        """Return the row of the ray of each hit or miss; None if row i is of ray i."""
         raise NotImplementedError
 
-    def _on_rays(self, prim: IntArray, u: Float64Array) -> HitPlaces:
+    def _on_rays(self, prim: IntArray, u: Float64Array, rows: IntArray | None) -> HitPlaces:
         """See `FoundPrims`."""
-        rays, row = self._known_rays(), self._ray_of_hits()
-        t = self.t[self.prim >= 0]
-        t_min, t_max = rays.scalar(rays.t_min, row), rays.scalar(rays.t_max, row)
-        inside = (t != t_min) & (t != t_max)
-        return HitPlaces(
-            prim,
-            u,
-            t.astype(np.float64),
-            rays.origins[row].astype(np.float64),
-            rays.directions[row].astype(np.float64),
-            rays.scalar(rays.radius, row).astype(np.float64),
-            inside if self.t_out is not None else np.zeros(len(t), bool),
-        )
+        rays, t, ray = self._known_rays(), self.t.reshape(-1), self._ray_of_rows()
+        if rows is not None:
+            t, ray = t[rows], rows if ray is None else ray[rows]
+        of_hits = HitRays(rays.origins, rays.directions, rays.radius, rays.t_min, rays.t_max)
+        return HitPlaces(prim, u, t.astype(np.float64), of_hits, ray, self.t_out is not None)
 
     def _known_rays(self) -> RayBatch:
         if self.rays is None:

@@ -12,6 +12,7 @@ import numpy.typing as npt
 from ..arrays import IntArray, count
 from ..errors import InputError
 from ..progress import ProgressCallback, check_progress, reporting
+from .at import At, has_exit
 from .hits import AllHits
 from .queries import Query, is_merge
 from .ray_arguments import RayArguments, RayOptions, shows_ray_options
@@ -60,8 +61,8 @@ class HitRunQueries:
         Parameters
         ----------
         max_bytes : int
-            The most that a part takes while it is made. A hit counts 40 bytes: 20 in the part, and 20 in a copy. With
-            ``at="surface"`` it counts 48, in a `Geometry` 16 more, and each ray counts 8. For curves, primitives of
+            The most that a part takes while it is made. A hit counts 40 bytes: 20 in the part, and 20 in a copy. Unless
+            ``at="closest"`` it counts 48, in a `Geometry` 16 more, and each ray counts 8. For curves, primitives of
             your own, ``ignore``, ``ignore_strands`` and ``merge`` a hit counts five times as much; what is ignored,
             merged and joined counts too, and so does each box of your own primitives that a ray meets.
         merge : {None, "strand"}
@@ -93,17 +94,17 @@ class HitRunQueries:
         query = self._query(kernel, RayArguments(origins, directions, radius, **options))
         max_bytes = count("max_bytes", max_bytes, 1)
         check_progress(query.progress)
-        surface, merges = query.is_surface(at), is_merge(merge, at)
+        where, merges = query.checked_at(at), is_merge(merge, at)
         if not isinstance(query.rays, RayBatch):
             raise InputError("rays of a GPU or of Dask are not listed in parts; pass NumPy arrays, or use all_hits")
-        return _parts(query, query.rays, surface, merges, max_bytes)
+        return _parts(query, query.rays, where, merges, max_bytes)
 
 
-def _parts(query: Query, rays: RayBatch, surface: bool, merges: bool, max_bytes: int) -> Iterator[AllHits]:
+def _parts(query: Query, rays: RayBatch, at: At, merges: bool, max_bytes: int) -> Iterator[AllHits]:
     """Yield the hits of runs of rays."""
     geometry, backend = query.geometry, query.backend
     in_python = geometry.in_pieces or geometry.has_user_code or bool(rays.ignored) or merges
-    columns = 20 + 4 * surface + 8 * geometry.has_parts
+    columns = 20 + 4 * has_exit(at) + 8 * geometry.has_parts
     bytes_a_hit = (PYTHON_COPIES if in_python else COPIES) * columns
     done = 0.0
     with reporting(query.progress, "all hits") as callback:
@@ -121,7 +122,7 @@ def _parts(query: Query, rays: RayBatch, surface: bool, merges: bool, max_bytes:
 
         for begin, end in _runs(len(rays), max_bytes, count_bytes):
             part = rays.unchanged().part(begin, end)
-            found = backend.list_hits(part, surface, None, False, watched(end - begin, 1 - COUNTING))
+            found = backend.list_hits(part, at, None, False, watched(end - begin, 1 - COUNTING))
             hits = AllHits.from_columns(*found, part, geometry, begin)
             yield hits.merged_by_strand() if merges else hits
 

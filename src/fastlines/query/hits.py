@@ -77,8 +77,8 @@ class FirstHits(HitGeometry):
         arrays = t.reshape(shape), prim, u.reshape(shape), distance.reshape(shape), t_out
         return cls(*arrays, rays.skipped, geometry, rays, part)
 
-    def _ray_of_hits(self) -> IntArray:
-        return np.flatnonzero(self.hit)
+    def _ray_of_rows(self) -> None:
+        return None
 
     def __repr__(self) -> str:
         return f"<FirstHits: {counted(self.prim.size, 'rays')}, {int(self.hit.sum()):,} hit>"
@@ -127,7 +127,7 @@ class AllHits(CompressedRows, HitGeometry):
         part, prim = geometry.split(prim.view(np.int64))
         return cls(offsets.view(np.int64), t, prim, u, distance, t_out, rays.skipped, geometry, rays, part, first_ray)
 
-    def _ray_of_hits(self) -> IntArray:
+    def _ray_of_rows(self) -> IntArray:
         return self.ray
 
     def __repr__(self) -> str:

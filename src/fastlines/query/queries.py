@@ -18,6 +18,7 @@ from ..geometry.offsets import NO_OFFSET
 from ..geometry.user_primitives import Primitives
 from ..progress import ProgressOption, reporting
 from ..support.texts import counted
+from .at import At, checked_at, has_exit
 from .backend import Backend, CompiledBackend
 from .hits import AllHits, FirstHits
 from .ignore import ignored_of
@@ -32,11 +33,6 @@ RANKS = ("t", "distance")
 QueryName: TypeAlias = Literal["first_hit", "any_hit", "count_hits", "all_hits", "next_hits"]
 #: The queries, by the names of their methods.
 QUERIES: tuple[QueryName, ...] = ("first_hit", "any_hit", "count_hits", "all_hits", "next_hits")
-
-
-def is_surface(at: str) -> bool:
-    """Check the option `at`, and return whether t is taken at the surface of the capsule."""
-    return choice("at", at, ("closest", "surface")) == "surface"
 
 
 def is_by_distance(rank: str) -> bool:
@@ -78,63 +74,66 @@ class Query:
 
     def first_hit(self, at: str = "closest") -> FirstHits:
         """Find the nearest hit of each ray."""
-        surface = self.is_surface(at)
+        where = self.checked_at(at)
         if not isinstance(self.rays, RayBatch):
-            return cast(FirstHits, self.rays.first_hit(surface))
+            return cast(FirstHits, self.rays.first_hit(where))
         with reporting(self.progress, "first hit") as callback:
-            columns = self.backend.first_hit(self.rays, surface, callback)
+            columns = self.backend.first_hit(self.rays, where, callback)
         return FirstHits.from_columns(columns, self.rays, self.geometry)
 
-    def any_hit(self) -> npt.NDArray[np.bool_]:
+    def any_hit(self, at: str = "closest") -> npt.NDArray[np.bool_]:
         """Find out for each ray whether it hits anything."""
+        where = self.checked_at(at)
         if not isinstance(self.rays, RayBatch):
-            return cast(npt.NDArray[np.bool_], self.rays.any_hit())
+            return cast(npt.NDArray[np.bool_], self.rays.any_hit(where))
         with reporting(self.progress, "any hit") as callback:
-            return self.backend.any_hit(self.rays, callback).reshape(self.rays.shape)
+            return self.backend.any_hit(self.rays, where, callback).reshape(self.rays.shape)
 
-    def count_hits(self) -> IntArray:
+    def count_hits(self, at: str = "closest") -> IntArray:
         """Count the primitives that each ray hits."""
+        where = self.checked_at(at)
         if not isinstance(self.rays, RayBatch):
-            return cast(IntArray, self.rays.count_hits())
+            return cast(IntArray, self.rays.count_hits(where))
         with reporting(self.progress, "count hits") as callback:
-            counts = self.backend.count_hits(self.rays, callback)
+            counts = self.backend.count_hits(self.rays, where, callback)
         return counts.reshape(self.rays.shape).view(np.int64)  # NumPy prints C's name of the type, but not its own
 
     def all_hits(self, at: str = "closest", merge: str | None = None) -> AllHits:
         """List all hits of each ray, or those of a strand as one."""
-        surface, merges = self.is_surface(at), is_merge(merge, at)
-        hits = self._list_hits(surface, None, False)
+        where, merges = self.checked_at(at), is_merge(merge, at)
+        hits = self._list_hits(where, None, False)
         return hits.merged_by_strand() if merges else hits
 
     def next_hits(self, k: int, at: str = "closest", rank: str = "t") -> AllHits:
         """List the k best hits of each ray."""
-        return self._list_hits(self.is_surface(at), count("k", k, 0), is_by_distance(rank))
+        return self._list_hits(self.checked_at(at), count("k", k, 0), is_by_distance(rank))
 
-    def is_surface(self, at: str) -> bool:
-        """Check the option `at` for these rays, and return whether t is taken at the surface."""
-        if is_surface(at) and self.rays.has_spread:
+    def checked_at(self, at: str) -> At:
+        """Check the option `at` for these rays, and return it."""
+        where = checked_at(at)
+        if has_exit(where) and self.rays.has_spread:
             raise InputError(
-                "at='surface' has no meaning with a spread: the reach then grows with the depth of each point of a "
+                f"at={at!r} has no meaning with a spread: the reach then grows with the depth of each point of a "
                 "line, and no capsule or round cone of one radius has a surface that the ray could enter; leave out "
                 "at= or spread="
             )
-        return at == "surface"
+        return where
 
-    def _list_hits(self, surface: bool, k: int | None, by_distance: bool) -> AllHits:
+    def _list_hits(self, at: At, k: int | None, by_distance: bool) -> AllHits:
         """List hits, unless a sample says that they will not fit in memory."""
         backend, rays = self.backend, self.rays
         if not isinstance(rays, RayBatch):
-            return cast(AllHits, rays.list_hits(surface, k, by_distance))
+            return cast(AllHits, rays.list_hits(at, k, by_distance))
 
         def count_some(rows: IntArray) -> IntArray:
-            counts = backend.count_hits(rays.some(rows), None)
+            counts = backend.count_hits(rays.some(rows), at, None)
             return counts if k is None else np.minimum(counts, k)
 
-        memory = MemoryCheck(len(rays), 24 if surface else 20, count_some, math.inf if k is None else k)
+        memory = MemoryCheck(len(rays), 24 if has_exit(at) else 20, count_some, math.inf if k is None else k)
         with reporting(self.progress, "all hits" if k is None else "next hits") as callback:
             watched = memory.watch(callback)
             try:
-                offsets, columns = backend.list_hits(rays, surface, k, by_distance, watched)
+                offsets, columns = backend.list_hits(rays, at, k, by_distance, watched)
             except MemoryError as error:
                 fewer = "next_hits for the nearest" if k is None else "a smaller k"
                 raise MemoryError(
@@ -184,7 +183,7 @@ def brute_force(
     """
     given = RayArguments(origins, directions, radius, **options)
     choice("query", query, QUERIES)
-    is_surface(at)
+    checked_at(at)
     if query != "next_hits" and k is not None:
         raise InputError(f"k={k!r} is for query='next_hits', this is {query!r}; leave it out")
     if query == "next_hits" and k is None:
@@ -195,6 +194,8 @@ def brute_force(
         raise InputError(f"merge={merge!r} is for query='all_hits', this is {query!r}; leave it out")
     own: dict[QueryName, dict[str, Any]] = {
         "first_hit": {"at": at},
+        "any_hit": {"at": at},
+        "count_hits": {"at": at},
         "all_hits": {"at": at, "merge": merge},
         "next_hits": {"k": k, "at": at, "rank": rank},
     }
@@ -206,4 +207,4 @@ def brute_force(
     view = None if geometry.has_user_code else _core.BinaryView.of_primitives(kind, seen, rows)
     core = None if view is None else CompiledBackend(_core, view)
     asked = Query(backend_of(geometry, core, view, rays, is_tree=False), rays, geometry, given.progress)
-    return getattr(asked, query)(**own.get(query, {}))
+    return getattr(asked, query)(**own[query])

@@ -54,9 +54,11 @@ class RayQueries(HitRunQueries):
             primitives as without it.
         t_min, t_max : number or (…) array
             Bounds on t: one for all rays or one for each.
-        at : {"closest", "surface"}
+        at : {"closest", "surface", "entry"}
             Take t at the closest approach (the thesis), or where the ray enters the capsule or round cone of this
-            radius around the segment (t_min if it starts inside); ``t_out`` is then where it leaves.
+            radius around the segment (t_min if it starts inside); ``t_out`` is then where it leaves. With ``"entry"``,
+            only rays that enter hit, at t > t_min: what a ray starts in is left out, and so is a surface that it starts
+            on. Triangles have no inside: each crossing is an entry.
         invalid : {"error", "skip"}
             Refuse invalid rays (NaN, a direction of length zero, …), or let them miss and list them in ``skipped``.
         progress : bool or callable
@@ -74,8 +76,8 @@ class RayQueries(HitRunQueries):
         Raises
         ------
         InputError
-            If a ray is invalid, and the message lists the rows; if there is no radius; or if there is a spread with
-            ``at="surface"``.
+            If a ray is invalid, and the message lists the rows; if there is no radius; or if there is a spread, and
+            `at` is not ``"closest"``.
 
         Examples
         --------
@@ -108,7 +110,7 @@ class RayQueries(HitRunQueries):
 
         Notes
         -----
-        A hit takes 20 bytes (24 with ``at="surface"``), and 20 more during the query; `count_hits` counts them.
+        A hit takes 20 bytes (24 unless ``at="closest"``), and 20 more during the query; `count_hits` counts them.
 
         Raises
         ------
@@ -132,10 +134,16 @@ class RayQueries(HitRunQueries):
         directions: npt.ArrayLike,
         radius: npt.ArrayLike | None = None,
         *,
+        at: str = "closest",
         kernel: str = "auto",
         **options: Unpack[RayOptions],
     ) -> npt.NDArray[np.bool_]:
         """Return whether each ray hits anything, as bool of the shape of the rays; see `first_hit`.
+
+        Parameters
+        ----------
+        at : {"closest", "surface", "entry"}
+            Which rays hit: with ``"entry"``, those that enter. The others are the same here.
 
         Examples
         --------
@@ -143,7 +151,7 @@ class RayQueries(HitRunQueries):
         >>> fl.build([[[-1, 0, 0], [1, 0, 0]]]).any_hit([[0, 0, -5], [9, 9, 9]], [0, 0, 1], 0.5)
         array([ True, False])
         """
-        return self._query(kernel, RayArguments(origins, directions, radius, **options)).any_hit()
+        return self._query(kernel, RayArguments(origins, directions, radius, **options)).any_hit(at)
 
     @shows_ray_options
     def count_hits(
@@ -152,10 +160,16 @@ class RayQueries(HitRunQueries):
         directions: npt.ArrayLike,
         radius: npt.ArrayLike | None = None,
         *,
+        at: str = "closest",
         kernel: str = "auto",
         **options: Unpack[RayOptions],
     ) -> IntArray:
         """Count the segments that each ray hits, as int64 of the shape of the rays; see `first_hit`.
+
+        Parameters
+        ----------
+        at : {"closest", "surface", "entry"}
+            As in `any_hit`.
 
         Examples
         --------
@@ -164,7 +178,7 @@ class RayQueries(HitRunQueries):
         >>> tree.count_hits([[0, 0, -5], [9, 9, 9]], [0, 0, 1], 0.5)
         array([2, 0])
         """
-        return self._query(kernel, RayArguments(origins, directions, radius, **options)).count_hits()
+        return self._query(kernel, RayArguments(origins, directions, radius, **options)).count_hits(at)
 
     @shows_ray_options
     def next_hits(

@@ -16,6 +16,7 @@ from ..geometry.any_geometry import AnyGeometry
 from ..geometry.offsets import Offset, reduced
 from ..support.warn_caller import warn_caller
 from ..threads import get_num_threads
+from .at import At
 from .ignore import Ignored
 from .ray_arguments import RayArguments
 from .row_checks import invalid_rows, one_or_each
@@ -124,16 +125,16 @@ class DeviceRays(Protocol):
     def has_spread(self) -> bool:
         """Whether the reach of any ray grows along it."""
 
-    def first_hit(self, surface: bool) -> Any:
+    def first_hit(self, at: At) -> Any:
         """Find the nearest hit of each ray."""
 
-    def any_hit(self) -> Any:
+    def any_hit(self, at: At) -> Any:
         """Find out for each ray whether it hits anything."""
 
-    def count_hits(self) -> Any:
+    def count_hits(self, at: At) -> Any:
         """Count the primitives that each ray hits."""
 
-    def list_hits(self, surface: bool, k: int | None, by_distance: bool) -> Any:
+    def list_hits(self, at: At, k: int | None, by_distance: bool) -> Any:
         """List all hits of each ray, or the k best."""
 
 

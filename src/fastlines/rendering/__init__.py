@@ -10,6 +10,7 @@ from .pictures.images import IMAGE_FORMATS, check_image_path, write_depth, write
 from .pictures.picture import Picture
 from .plan import PictureOptions, PicturePlan, plan_picture
 from .progressive import Progressive
+from .refinement import Pace, refined, tell_if_long
 from .renderer import Renderer, finish, render, renderer_of
 from .sequences import radius_sweep, spaced_radii, turntable
 from .shading.aovs import AOVS, find_aovs
@@ -23,6 +24,7 @@ __all__ = [
     "MEASURES",
     "Measure",
     "MeasureRenderer",
+    "Pace",
     "Picture",
     "PictureOptions",
     "PicturePlan",
@@ -42,9 +44,11 @@ __all__ = [
     "numbered",
     "plan_picture",
     "radius_sweep",
+    "refined",
     "render",
     "renderer_of",
     "spaced_radii",
+    "tell_if_long",
     "turntable",
     "turntable_camera",
     "visited_nodes",

@@ -61,6 +61,8 @@ class PictureOptions:
         Also given by its name.
     ground : bool, optional
         By default what the look has.
+    side : int
+        A picture without a width and a height has about side² pixels.
     legend : bool or str, optional
         By default the colours of numbers have a legend, unless the file holds numbers itself. A text is its title.
     file : str, optional
@@ -70,6 +72,7 @@ class PictureOptions:
     camera: Camera | ViewOptions | None = None
     width: int | None = None
     height: int | None = None
+    side: int = SIZE
     look: str | Look | Measure | None = None
     radius: float | None = None
     samples: int | None = None
@@ -223,9 +226,9 @@ def plan_picture(
 def choose_camera(options: PictureOptions, geometry: AnyGeometry, radius: float) -> tuple[Camera, int, int]:
     """Return the camera, the width and the height of a picture of lines to whose own radius one is added."""
     view = options.camera or ViewOptions()
-    suitable = (SIZE, SIZE)
+    suitable = (options.side, options.side)
     if isinstance(view, ViewOptions) and not view.turns:
-        suitable = default_size(geometry, SIZE, direction=view.direction, up=view.up)
+        suitable = default_size(geometry, options.side, direction=view.direction, up=view.up)
     width, height = complete_size(options.width, options.height, suitable)
     check_size(width, height)
     if not isinstance(view, ViewOptions):

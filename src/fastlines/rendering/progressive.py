@@ -3,20 +3,24 @@
 from __future__ import annotations
 
 import os
+import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping
 from functools import partial
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
 from ..arrays import AnyArray
 from ..support.computed_once import computed_once
-from ..threads import map_in_threads
+from ..threads import get_num_threads, map_in_threads
+from .draft import Draft, Grid
 from .pictures.picture import Picture
-from .shading.depth import MAX_BANDS, MAX_RAYS, bands, check_size
+from .shading.depth import MAX_BANDS, MAX_RAYS, MIN_RAYS, bands, check_size
 from .shading.shading_context import ShadingContext
 from .state import describe, digest, read_state, write_state
+
+_Item = TypeVar("_Item")
 
 
 class Progressive(ABC):
@@ -40,35 +44,57 @@ class Progressive(ABC):
     ) -> None:
         check_size(width, height)
         self.context, self.width, self.height, self.samples = context, width, height, samples
+        self._shapes = sums
         self._sums: dict[str, AnyArray] = {
             name: np.zeros((height * width, *shape), np.float64) for name, shape in sums.items()
         }
         self._counts: AnyArray = np.zeros(height, np.int64)
         #: The pixels and rows of a band, and their new sums, while they are being stored.
         self._stored: tuple[slice, slice, dict[str, AnyArray], int] | None = None
+        self._draft: Draft | None = None
+        self._seconds_a_pass: float | None = None
+
+    def draw_draft(self) -> None:
+        """Sample some pixels, which stand for rows without a sample. The samples of `passes` do not depend on it."""
+        grid = Grid(self.width, self.height)
+        groups = grid.groups(max(get_num_threads(), -(-grid.shape[0] * grid.shape[1] // MAX_RAYS)))
+        pixels = [grid.pixels(rows) for rows in groups]
+        found: list[Mapping[str, AnyArray]] = []
+        start, n_timed = time.perf_counter(), sum(map(len, pixels))
+        for more in self._mapped(partial(self._sample, 0), pixels, n_alone=1):
+            found.append(more)
+            if len(found) == 1 < len(groups):  # it has made what all others share
+                start, n_timed = time.perf_counter(), n_timed - len(pixels[0])
+        self._seconds_a_pass = (time.perf_counter() - start) * self.width * self.height / n_timed
+        self._draft = Draft.of(grid, self._shapes, groups, found)
 
     def passes(self, progress: Callable[[float], object] | None = None) -> Iterator[int]:
         """Add one sample to each pixel at a time, and yield how many there are."""
         self._store()
-        n_alone = 1  # the first band makes all that others share
+        n_alone = 1 if self._draft is None else 0  # the first band, or a draft, makes all that others share
+        max_rays = min(MAX_RAYS, max(MIN_RAYS, self.width * self.height // MAX_BANDS))
         for index in range(int(self._counts.min()), self.samples):
-            left = [rows for rows in bands(self.width, self.height, MAX_RAYS) if self._counts[rows.start] <= index]
-            for rows, more in zip(left, self._sampled(index, left, n_alone), strict=True):
+            start, is_whole = time.perf_counter(), bool((self._counts == index).all())
+            left = [rows for rows in bands(self.width, self.height, max_rays) if self._counts[rows.start] <= index]
+            for rows, more in zip(left, self._mapped(partial(self._sample_rows, index), left, n_alone), strict=True):
                 own = slice(rows.start * self.width, rows.stop * self.width)
                 self._stored = own, rows, {name: self._sums[name][own] + more[name] for name in more}, index + 1
                 self._store()
                 if progress is not None:
                     progress((index + rows.stop / self.height) / self.samples)
             n_alone = 0
+            if is_whole:
+                self._seconds_a_pass = time.perf_counter() - start
             yield index + 1
 
-    def _sampled(self, index: int, left: list[slice], n_alone: int) -> Iterator[Mapping[str, AnyArray]]:
-        """Sample some bands: the first ones alone, and then several at a time."""
+    def _mapped(
+        self, sample: Callable[[_Item], Mapping[str, AnyArray]], parts: list[_Item], n_alone: int
+    ) -> Iterator[Mapping[str, AnyArray]]:
+        """Sample some parts of the picture: the first ones alone, and then several at a time."""
         if not self._may_use_threads:
-            n_alone = len(left)
-        sample = partial(self._sample_rows, index)
-        yield from map(sample, left[:n_alone])
-        yield from map_in_threads(sample, left[n_alone:], MAX_BANDS)
+            n_alone = len(parts)
+        yield from map(sample, parts[:n_alone])
+        yield from map_in_threads(sample, parts[n_alone:], MAX_BANDS)
 
     @property
     def _may_use_threads(self) -> bool:
@@ -91,7 +117,7 @@ class Progressive(ABC):
 
     @abstractmethod
     def picture(self) -> Picture:
-        """Return the picture of all samples so far."""
+        """Return the picture of all samples so far; rows without one are those of the draft, if it is drawn."""
 
     @abstractmethod
     def _own_settings(self) -> dict[str, Any]:
@@ -104,6 +130,16 @@ class Progressive(ABC):
         return int((self._counts > 0).sum())
 
     @property
+    def has_picture(self) -> bool:
+        """Whether there is a draft, or a row with a sample."""
+        return self._draft is not None or self.n_rows > 0
+
+    @property
+    def seconds_left(self) -> float | None:
+        """About how long the samples that are left take; None before a draft or a sample of all pixels."""
+        return None if self._seconds_a_pass is None else self._seconds_a_pass * (self.samples - self.done)
+
+    @property
     def done(self) -> int:
         """How many samples each pixel has."""
         self._store()
@@ -113,7 +149,11 @@ class Progressive(ABC):
         """Return the mean of the samples of each pixel so far, (height, width, …)."""
         self._store()
         sums = self._sums[name].reshape(self.height, self.width, *self._sums[name].shape[1:])
-        return sums / np.maximum(self._counts, 1).reshape(-1, *[1] * (sums.ndim - 1))
+        means = sums / np.maximum(self._counts, 1).reshape(-1, *[1] * (sums.ndim - 1))
+        if self._draft is not None:
+            empty = np.flatnonzero(self._counts == 0)
+            means[empty] = self._draft.rows(name, empty)
+        return means
 
     def _store(self) -> None:
         """Store the sums of a band; where that was interrupted, it is done anew."""

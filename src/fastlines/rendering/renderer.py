@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from dataclasses import fields, replace
 from typing import Any
 
@@ -19,9 +20,11 @@ from .looks.solid import Solid
 from .looks.traced_hair import TracedHair
 from .measure_renderer import MeasureRenderer
 from .measures import Measure
+from .pictures.notebook import cell_of_notebook
 from .pictures.picture import Picture
 from .plan import PictureOptions, PicturePlan, plan_picture
 from .progressive import Progressive
+from .refinement import Pace, refined
 from .sampling.sampler import Sampler
 from .sampling.sobol import hashed, points_in_pixels
 from .shading.aovs import find_aovs
@@ -35,6 +38,8 @@ THIN_SAMPLES, SAMPLES, LENS_SAMPLES = 4, 16, 64
 #: The number of samples from which path tracing takes plain rays: cones take three times as long, and many rays cover
 #: pixels as well.
 MANY_SAMPLES = 32
+#: The least time between two pictures that a cell of a notebook shows.
+CELL_SECONDS = 1.0
 
 
 class Renderer(Progressive):
@@ -191,6 +196,12 @@ def render(
     Picture
         It keeps its camera, radius, look and rig.
 
+    Notes
+    -----
+    A picture that takes more than a minute says so on stderr, with an estimate, before it starts. A cell of a notebook
+    shows a picture that takes more than a second while it is made. Interrupting the kernel then stops the samples, and
+    the picture is that of those that are done.
+
     Raises
     ------
     InputError
@@ -206,7 +217,21 @@ def render(
     given = locals()
     check_progress(progress)
     names = [field.name for field in fields(PictureOptions) if field.name in given]
-    return draw(plan_picture(tree, PictureOptions(**{name: given[name] for name in names})), progress)
+    plan = plan_picture(tree, PictureOptions(**{name: given[name] for name in names}))
+    renderer, cell = renderer_of(plan), cell_of_notebook()
+    pace = Pace(CELL_SECONDS)
+    try:
+        with reporting(progress, "render") as callback:
+            for _ in refined(renderer, callback, _say):
+                if cell is not None:
+                    pace.show(renderer, lambda: cell.show(finish(renderer, plan, with_aovs=False)))
+    except KeyboardInterrupt:
+        if not pace.n_shown:
+            raise
+    picture = finish(renderer, plan)
+    if cell is not None and pace.n_shown:
+        cell.end(picture)
+    return picture
 
 
 def draw(plan: PicturePlan, progress: ProgressOption = False) -> Picture:
@@ -218,17 +243,21 @@ def draw(plan: PicturePlan, progress: ProgressOption = False) -> Picture:
     return finish(renderer, plan)
 
 
+def _say(sentence: str) -> None:
+    print(f"fastlines: {sentence}", file=sys.stderr, flush=True)
+
+
 def renderer_of(plan: PicturePlan) -> Renderer | MeasureRenderer:
     """Return the renderer of a look or of a measure."""
     return MeasureRenderer(plan) if isinstance(plan.look, Measure) else Renderer(plan)
 
 
-def finish(renderer: Progressive, plan: PicturePlan) -> Picture:
+def finish(renderer: Progressive, plan: PicturePlan, *, with_aovs: bool = True) -> Picture:
     """Return the picture of all samples so far, and what does not depend on them."""
     picture, options, size = renderer.picture(), plan.options, (plan.width, plan.height)
     if options.backdrop is not None:
         picture = replace(picture, backdrop=options.backdrop.light(*size))
-    found = find_aovs(renderer.context, *size) if options.aovs else {}
+    found = find_aovs(renderer.context, *size) if options.aovs and with_aovs else {}
     if plan.offset != NO_OFFSET:
         picture = replace(picture, camera=plan.given_camera)
         found |= {name: values + np.array(plan.offset) for name, values in found.items() if name == "position"}

@@ -39,6 +39,19 @@ def bytes_text(number: int) -> str:
     return f"{number / 1e3:.1f} kB" if number < 999_950 else f"{number / 1e6:,.1f} MB"
 
 
+def duration_text(seconds: float) -> str:
+    """Write a time in whole seconds, minutes or hours, whichever has few digits.
+
+    Examples
+    --------
+    >>> duration_text(0.6), duration_text(89), duration_text(200), duration_text(9000)
+    ('1 second', '89 seconds', '3 minutes', '2.5 hours')
+    """
+    if seconds < 90:
+        return counted(round(seconds), "seconds")
+    return counted(round(seconds / 60), "minutes") if seconds < 5400 else f"{seconds / 3600:,.1f} hours"
+
+
 #: Plurals that do not only end in s, and what is singular instead.
 SINGULARS = {"leaves": "leaf", "vertices": "vertex", "indices": "index"}
 

@@ -172,10 +172,10 @@ def columns_on_device(
     """Return the same columns of the device's answer."""
     rays = checked(tree, batch, radius)
     if query == "first_hit":
-        return [column for column in backend.first_hit(rays, False, None) if column is not None]
+        return [column for column in backend.first_hit(rays, "closest", None) if column is not None]
     if query == "any_hit":
-        return [backend.any_hit(rays, None)]
+        return [backend.any_hit(rays, "closest", None)]
     if query == "count_hits":
-        return [backend.count_hits(rays, None)]
-    offsets, found = backend.list_hits(rays, False, None, False, None)
+        return [backend.count_hits(rays, "closest", None)]
+    offsets, found = backend.list_hits(rays, "closest", None, False, None)
     return [*(column for column in found if column is not None), offsets]

@@ -119,7 +119,7 @@ FASTLINES_API void calls_any_c(const Trees* trees, const Batch* rays, bool* foun
     for (std::size_t i = begin; i < end; ++i) {
       const fl_ray ray = rays->c_ray(i);
       int hits;
-      fl_any_hit(trees->c_tree, &ray, rays->radius, &hits);
+      fl_any_hit(trees->c_tree, &ray, rays->radius, FL_CLOSEST, &hits);
       found[i] = hits;
     }
   });

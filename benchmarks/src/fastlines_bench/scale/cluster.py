@@ -137,7 +137,8 @@ def _blocks(forest: Any, client: Any, n_rays: int) -> Callable[[], Any]:
         rays = [array.from_delayed(_rays_of(i, n), shape=(2, n, 3), dtype=np.float32) for i, n in enumerate(sizes)]
         whole = array.concatenate(rays, axis=1)
         hits = forest.first_hit(whole[0], whole[1], RADIUS)
-        return int((hits.prim >= 0).sum().compute())
+        # Several clients are open, and `compute()` would use the last one.
+        return int(client.compute((hits.prim >= 0).sum()).result())
 
     return ask
 

@@ -171,7 +171,7 @@ struct AllHitsQuery {
   }
 
   void store_exits(const RayGroup& rays, int i, const ListColumns& of_ray, std::uint32_t n) const {
-    if (at_ == At::surface) store_exits_of_ray(tree_, rays, i, of_ray.prim, n, of_ray.t_out);
+    if (has_exit(at_)) store_exits_of_ray(tree_, rays, i, of_ray.prim, n, of_ray.t_out);
   }
 
   void check() {

@@ -8,11 +8,13 @@
 namespace fastlines {
 
 /// Records one bit per ray, and ends the ray at its first hit.
-struct AnyHitCollector : FixedAt<At::closest> {
+struct AnyHitCollector : ChosenAt {
   static constexpr QueryTraits kTraits{.needs_position = false};
   alignas(64) float limit[kGroupSize];
   bool limit_changed = false;
   bool found[kGroupSize];
+
+  explicit AnyHitCollector(At at_) : ChosenAt{at_} {}
 
   void begin(const RayGroup& rays, int first, int end) {
     begin_limits(rays, first, end, limit);
@@ -38,8 +40,9 @@ struct AnyHitCollector : FixedAt<At::closest> {
 struct AnyHitQuery {
   using Collector = AnyHitCollector;
   bool* to;  ///< one per ray of the batch
+  At at = At::closest;
 
-  Collector collector() const { return {}; }
+  Collector collector() const { return Collector(at); }
   void store(const RayGroup& rays, const Collector& found, int first, int end) const {
     for (int i = first; i < end; ++i) to[rays.id[i]] = found.found[i];
   }

@@ -35,7 +35,7 @@ template <class C>
 concept Collector = requires(C& collector, const RayGroup& rays, int lane, std::uint32_t bits, std::uint32_t prim,
                              const ClosestApproach<FloatX16>& approach) {
   { C::kTraits } -> std::convertible_to<QueryTraits>;
-  /// Where t is taken: at the closest approach or on the surface. Usually from `FixedAt`.
+  /// Where t is taken, and which rays hit. Usually from `FixedAt`, `SurfaceAt` or `ChosenAt`.
   { collector.at } -> std::convertible_to<At>;
   /// Per lane, a t in the frame: hits beyond it may be reported, but the collector does not need them.
   { collector.limit } -> std::convertible_to<const float*>;
@@ -75,7 +75,7 @@ auto may_precede(N t, N best, N tie_tolerance) {
 inline constexpr std::size_t kMaxBlockHits = std::numeric_limits<std::int32_t>::max();
 
 /// How many columns of a hit are stored.
-constexpr std::uint32_t n_hit_columns(At at) { return at == At::surface ? 5 : 4; }
+constexpr std::uint32_t n_hit_columns(At at) { return has_exit(at) ? 5 : 4; }
 
 /// One lane of a collector: the collector of one ray.
 template <class C>

@@ -8,11 +8,13 @@
 namespace fastlines {
 
 /// Records one count per ray.
-struct CountHitsCollector : FixedAt<At::closest> {
+struct CountHitsCollector : ChosenAt {
   static constexpr QueryTraits kTraits{.order_independent = true, .needs_position = false};
   alignas(64) float limit[kGroupSize];
   bool limit_changed = false;
   std::int64_t n_hits[kGroupSize];
+
+  explicit CountHitsCollector(At at_) : ChosenAt{at_} {}
 
   void begin(const RayGroup& rays, int first, int end) {
     begin_limits(rays, first, end, limit);
@@ -34,8 +36,9 @@ struct CountHitsCollector : FixedAt<At::closest> {
 struct CountHitsQuery {
   using Collector = CountHitsCollector;
   std::int64_t* to;  ///< one per ray of the batch
+  At at = At::closest;
 
-  Collector collector() const { return {}; }
+  Collector collector() const { return Collector(at); }
   void store(const RayGroup& rays, const Collector& found, int first, int end) const {
     for (int i = first; i < end; ++i) to[rays.id[i]] = found.n_hits[i];
   }

@@ -17,6 +17,8 @@ struct FirstHitCollector : Where {
   bool limit_changed = false;
   alignas(64) float t[kGroupSize], s[kGroupSize], dist2[kGroupSize], prim[kGroupSize];  // prim: the bits of an id
 
+  explicit FirstHitCollector(Where where = {}) : Where(where) {}
+
   void begin(const RayGroup& rays, int first, int end) {
     begin_limits(rays, first, end, limit);
     std::fill(t + first, t + round_up_to_width(end), kInfinity);
@@ -84,13 +86,14 @@ struct FirstHitCollector : Where {
 };
 
 /// Writes the first hit of each ray.
-template <RayPrimitive P, At at>
+template <RayPrimitive P, class Where>
 struct FirstHitQuery {
-  using Collector = FirstHitCollector<FixedAt<at>>;
+  using Collector = FirstHitCollector<Where>;
   const WideBvhView<P>& tree;
   HitColumns to;  ///< one hit per ray of the batch
+  Where where = {};
 
-  Collector collector() const { return {}; }
+  Collector collector() const { return Collector(where); }
 
   void store(const RayGroup& rays, const Collector& found, int first, int end) const {
     constexpr Hit miss;
@@ -108,7 +111,7 @@ struct FirstHitQuery {
         distance[i] = hit ? distance_ : miss.distance;
         prim[i] = hit ? std::int64_t(id) : miss.prim;
       }
-    if constexpr (at == At::surface)
+    if constexpr (Where::kHasExit)
       for (int from = first; from < end; from += kSimdWidth) store_exits_of_packet(tree, rays, found.prim, from, t_out);
     const HitColumns columns = to;  // a copy, so that nothing written can alias it
     const auto write = [&](int i, auto n) __attribute__((always_inline)) {
@@ -117,7 +120,7 @@ struct FirstHitQuery {
       std::copy_n(u + i, n, columns.u + at_);
       std::copy_n(distance + i, n, columns.distance + at_);
       std::copy_n(prim + i, n, columns.prim + at_);
-      if constexpr (at == At::surface) std::copy_n(t_out + i, n, columns.t_out + at_);
+      if constexpr (Where::kHasExit) std::copy_n(t_out + i, n, columns.t_out + at_);
     };
     for (int from = first; from < end; from += kSimdWidth)
       if (rays.contiguous_fours[from / kSimdWidth])  // implies 16 different rays: a packet with fewer repeats its last

@@ -113,14 +113,14 @@ struct KNearestCollector : Where {
 };
 
 /// Sorts the k nearest hits of each ray into lists.
-template <RayPrimitive P, At at>
+template <RayPrimitive P, class Where>
 struct KNearestQuery {
-  using Collector = KNearestCollector<FixedAt<at>, !AxisPrimitive<P>>;
+  using Collector = KNearestCollector<Where, !AxisPrimitive<P>>;
   HitBuffer lists;
   Checkpoint* checkpoint = nullptr;  ///< passed before each list, if there is one
 
-  KNearestQuery(const WideBvhView<P>& tree, std::size_t k) : tree_(tree), k_(k) {}
-  Collector collector() const { return Collector(k_); }
+  KNearestQuery(const WideBvhView<P>& tree, std::size_t k, Where where = {}) : tree_(tree), k_(k), where_(where) {}
+  Collector collector() const { return Collector(k_, where_); }
 
   void store(const RayGroup& rays, const Collector& found, int first, int end) {
     std::size_t n = 0;
@@ -135,16 +135,17 @@ struct KNearestQuery {
       if (checkpoint) checkpoint->check();
       list(rays, hits, of_ray);
       // Writing past the end is safe: t_out is the last column, and the next rays are written later.
-      if constexpr (at == At::surface) store_exits_of_ray(tree_, rays, i, of_ray.prim, hits.n, of_ray.t_out);
+      if constexpr (Where::kHasExit) store_exits_of_ray(tree_, rays, i, of_ray.prim, hits.n, of_ray.t_out);
       lists.add(rays.id[i], hits.n);
       begin += hits.n;
     }
-    lists.end(n_hit_columns(at));
+    lists.end(n_hit_columns(where_.at));
   }
 
  private:
   const WideBvhView<P>& tree_;
   std::size_t k_;
+  Where where_;
   std::vector<std::uint32_t> order_;
 
   /// Write the hits of a ray in order.

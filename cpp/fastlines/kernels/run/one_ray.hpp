@@ -22,18 +22,18 @@ class OneRay {
     FirstHitOfRay<ChosenAt> first(ray_, {at});
     traverse(tree_, ray_, first);
     Hit hit = first.hit();
-    if (at == At::surface && first.found()) store_exits(std::span(&hit, 1));
+    if (has_exit(at) && first.found()) store_exits(std::span(&hit, 1));
     return hit;
   }
 
-  bool any_hit() const {
-    AnyHitOfRay any(ray_);
+  bool any_hit(At at) const {
+    AnyHitOfRay<ChosenAt> any(ray_, {at});
     traverse(tree_, ray_, any);
     return any.found;
   }
 
-  std::size_t count_hits() const {
-    HitCountOfRay count(ray_);
+  std::size_t count_hits(At at) const {
+    HitCountOfRay<ChosenAt> count(ray_, ~0ull, {at});
     traverse(tree_, ray_, count);
     return count.n;
   }
@@ -56,7 +56,7 @@ class OneRay {
     HitVectorOfRay<AnyHit> list(ray_, at, keep, to, k);
     traverse(tree_, ray_, list);
     list.finish();
-    if (at == At::surface) store_exits(std::span(to));
+    if (has_exit(at)) store_exits(std::span(to));
   }
 
   /// Set where the ray leaves the primitives that it hits.

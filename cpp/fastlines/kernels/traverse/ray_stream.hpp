@@ -165,6 +165,7 @@ class RayStream {
       if constexpr (!AxisPrimitive<P>) hit = new_hits(hit, i_packet, ray + j, prims);
       if (!hit) continue;
       const auto approach = approach_at(collector.at, test);
+      hit &= approach.hit.bits();
       collector.add_pairs(i_packet * kSimdWidth, hit, approach, ray + j, FloatX16::load(as_floats(prims)));
     }
     survivors.clear();

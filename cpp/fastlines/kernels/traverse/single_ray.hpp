@@ -153,7 +153,9 @@ class SingleRay {
   template <class R, RayCollector C>
   [[gnu::always_inline]] void test_one(const WideBvhView<P>& tree, const R& ray, const Reference& ref, C& collector) {
     const auto test = P::template test<float>(ray, fields_of<P>(tree.items[ref.prim], tree.frame));
-    if (test.closest.hit) collector.add(approach_at(collector.at, test), ref);
+    if (!test.closest.hit) return;
+    const auto approach = approach_at(collector.at, test);
+    if (approach.hit) collector.add(approach, ref);
   }
 
   /// Test n survivors, at most 16, with one ray.

@@ -16,10 +16,10 @@ from ...support.optional import optional
 OPTIONAL = ("t_out", "part", "strand")
 
 
-def record_of(geometry: AnyGeometry, surface: bool) -> np.dtype[Any]:
+def record_of(geometry: AnyGeometry, with_t_out: bool) -> np.dtype[Any]:
     """Return the type of a hit as a block returns it."""
     columns = [("t", np.float32), ("prim", np.int64), ("u", np.float32), ("distance", np.float32)]
-    columns += [("t_out", np.float32)] * surface + [("part", np.int64)] * geometry.has_parts
+    columns += [("t_out", np.float32)] * with_t_out + [("part", np.int64)] * geometry.has_parts
     return np.dtype(columns + [("strand", np.int64)] * (geometry.n_strands > 0))
 
 

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ...errors import InputError
+from ...query.at import At, has_exit
 from ...query.ray_arguments import RayArguments
 from ...support.optional import optional
 from .dask_hits import OPTIONAL, DaskAllHits, DaskFirstHits, record_of, records
@@ -121,28 +122,28 @@ class DaskRays:
         """Whether the reach of any ray grows along it."""
         return "spread" in self.names or self.given.has_spread
 
-    def first_hit(self, surface: bool) -> DaskFirstHits:
+    def first_hit(self, at: At) -> DaskFirstHits:
         """See `DeviceRays`."""
-        record = record_of(self.forest.geometry, surface)
-        rows = self._mapped(self._work("first_hit", (_at(surface),), record), record)
+        record = record_of(self.forest.geometry, has_exit(at))
+        rows = self._mapped(self._work("first_hit", (at,), record), record)
         return DaskFirstHits(**self._columns(rows), geometry=self.forest.geometry)
 
-    def any_hit(self) -> Any:
+    def any_hit(self, at: At) -> Any:
         """See `DeviceRays`."""
-        return self._mapped(self._work("any_hit"), np.dtype(np.bool_))
+        return self._mapped(self._work("any_hit", (at,)), np.dtype(np.bool_))
 
-    def count_hits(self) -> Any:
+    def count_hits(self, at: At) -> Any:
         """See `DeviceRays`."""
-        return self._mapped(self._work("count_hits"), np.dtype(np.int64))
+        return self._mapped(self._work("count_hits", (at,)), np.dtype(np.int64))
 
-    def list_hits(self, surface: bool, k: int | None, by_distance: bool) -> DaskAllHits:
+    def list_hits(self, at: At, k: int | None, by_distance: bool) -> DaskAllHits:
         """See `DeviceRays`."""
-        record = record_of(self.forest.geometry, surface)
+        record = record_of(self.forest.geometry, has_exit(at))
         if k is not None:
-            return self._listed(self._work("next_hits", (k, _at(surface), "distance" if by_distance else "t"), record))
-        return self._listed(self._work("all_hits", (_at(surface), None), record))
+            return self._listed(self._work("next_hits", (k, at, "distance" if by_distance else "t"), record))
+        return self._listed(self._work("all_hits", (at, None), record))
 
-    def _work(self, query: str, how: tuple[Any, ...] = (), record: np.dtype[Any] | None = None) -> BlockWork:
+    def _work(self, query: str, how: tuple[Any, ...], record: np.dtype[Any] | None = None) -> BlockWork:
         address = ForestAddress.of(self.forest)
         return BlockWork(address, self.kernel, self.given, query, how, record, installed_version())
 
@@ -185,7 +186,3 @@ class DaskRays:
 
 def _dask(module: str) -> Any:
     return optional(module, "a query with arrays of Dask", "cluster")
-
-
-def _at(surface: bool) -> str:
-    return "surface" if surface else "closest"

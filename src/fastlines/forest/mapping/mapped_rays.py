@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from ...arrays import IntArray
 from ...progress import ProgressCallback
+from ...query.at import At, has_exit
 from ...query.backend import Backend, HitColumns, HitLists
 from ...query.rays import RayBatch
 from .forest_address import ForestAddress
@@ -48,54 +49,54 @@ class MappedRays:
     kernel: str
     mapping: Mapping
 
-    def first_hit(self, rays: RayBatch, surface: bool, progress: ProgressCallback | None) -> HitColumns:
+    def first_hit(self, rays: RayBatch, at: At, progress: ProgressCallback | None) -> HitColumns:
         """See `Backend`."""
         if len(rays) <= HERE:
-            return self._here(rays).first_hit(rays, surface, progress)
+            return self._here(rays).first_hit(rays, at, progress)
         n = len(rays)
         t, u, distance, t_out = (np.full(n, value, np.float32) for value in (np.inf, 0, np.inf, np.inf))
         prim = np.full(n, -1, np.int64)
         columns: list[npt.NDArray[Any]] = [t, prim, u, distance, t_out]
-        for chunk in self._chunks("first_hit", (surface,), rays, progress):
+        for chunk in self._chunks("first_hit", (at,), rays, progress):
             for to, column in zip(columns, chunk.answer, strict=True):
                 if column is not None:
                     to[chunk.rows] = column
-        return t, prim, u, distance, t_out if surface else None
+        return t, prim, u, distance, t_out if has_exit(at) else None
 
-    def any_hit(self, rays: RayBatch, progress: ProgressCallback | None) -> npt.NDArray[np.bool_]:
+    def any_hit(self, rays: RayBatch, at: At, progress: ProgressCallback | None) -> npt.NDArray[np.bool_]:
         """See `Backend`."""
         if len(rays) <= HERE:
-            return self._here(rays).any_hit(rays, progress)
+            return self._here(rays).any_hit(rays, at, progress)
         found = np.zeros(len(rays), np.bool_)
-        for chunk in self._chunks("any_hit", (), rays, progress):
+        for chunk in self._chunks("any_hit", (at,), rays, progress):
             found[chunk.rows] = chunk.answer
         return found
 
-    def count_hits(self, rays: RayBatch, progress: ProgressCallback | None) -> IntArray:
+    def count_hits(self, rays: RayBatch, at: At, progress: ProgressCallback | None) -> IntArray:
         """See `Backend`."""
-        return self._counts("count_hits", rays, progress)
+        return self._counts("count_hits", (at,), rays, progress)
 
     def count_candidates(self, rays: RayBatch, progress: ProgressCallback | None) -> IntArray:
         """See `Backend`."""
-        return self._counts("count_candidates", rays, progress)
+        return self._counts("count_candidates", (), rays, progress)
 
     def list_hits(
-        self, rays: RayBatch, surface: bool, k: int | None, by_distance: bool, progress: ProgressCallback | None
+        self, rays: RayBatch, at: At, k: int | None, by_distance: bool, progress: ProgressCallback | None
     ) -> HitLists:
         """See `Backend`."""
         if len(rays) <= HERE:
-            return self._here(rays).list_hits(rays, surface, k, by_distance, progress)
-        chunks = list(self._chunks("list_hits", (surface, k, by_distance), rays, progress))
-        offsets, columns = joined_lists(len(rays), chunks, [np.float32, np.int64, *[np.float32] * (2 + surface)])
+            return self._here(rays).list_hits(rays, at, k, by_distance, progress)
+        chunks = list(self._chunks("list_hits", (at, k, by_distance), rays, progress))
+        offsets, columns = joined_lists(len(rays), chunks, [np.float32, np.int64, *[np.float32] * (2 + has_exit(at))])
         t, prim, u, distance, *t_out = columns
-        return offsets, (t, prim, u, distance, t_out[0] if surface else None)
+        return offsets, (t, prim, u, distance, t_out[0] if has_exit(at) else None)
 
-    def _counts(self, query: str, rays: RayBatch, progress: ProgressCallback | None) -> IntArray:
+    def _counts(self, query: str, how: tuple[Any, ...], rays: RayBatch, progress: ProgressCallback | None) -> IntArray:
         if len(rays) <= HERE:
-            counts: IntArray = getattr(self._here(rays), query)(rays, progress)
+            counts: IntArray = getattr(self._here(rays), query)(rays, *how, progress)
             return counts
         counts = np.zeros(len(rays), np.int64)
-        for chunk in self._chunks(query, (), rays, progress):
+        for chunk in self._chunks(query, how, rays, progress):
             counts[chunk.rows] = chunk.answer
         return counts
 

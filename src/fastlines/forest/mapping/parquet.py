@@ -71,7 +71,7 @@ def query_parquet(
     Notes
     -----
     The column ``ray`` counts the rays of all files, from 0. ``first_hit`` writes a row for each ray, whose other
-    columns are null for a miss: t, prim, u, distance, t_out with ``at="surface"``, part, row and strand, as far as
+    columns are null for a miss: t, prim, u, distance, t_out unless ``at="closest"``, part, row and strand, as far as
     there are any. ``all_hits`` and ``next_hits`` write a row for each hit, sorted by ray. ``any_hit`` writes the column
     hit, and ``count_hits`` the column count.
 

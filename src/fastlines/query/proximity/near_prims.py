@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from ...arrays import IntArray
 from ...errors import InputError
 from ...geometry.any_geometry import AnyGeometry
-from ...geometry.hit_places import Float64Array, HitPlaces
+from ...geometry.hit_places import Float64Array, HitPlaces, HitRays
 from ...geometry.offsets import NO_OFFSET
 from ..found_prims import FoundPrims
 from .points import PointBatch
@@ -54,13 +56,13 @@ class NearPrims(FoundPrims):
             raise InputError("this answer does not know its points: a pickle leaves them out; query again")
         origins = self.query_points.points[self.query_points.row(self._point_of_found())]
         found = self._places(on_rays=False)
-        return found._replace(t=np.zeros(len(found.prim)), origins=origins, directions=np.zeros(origins.shape))
+        return replace(found, t=np.zeros(len(found.prim)), rays=HitRays.of_points(origins))
 
     def _nearest(self, geometry: AnyGeometry, places: HitPlaces) -> Float64Array:
         assert self.query_points is not None
         return geometry.nearest_at(places, self.query_points.surface)
 
-    def _on_rays(self, prim: IntArray, u: Float64Array) -> HitPlaces:
+    def _on_rays(self, prim: IntArray, u: Float64Array, rows: IntArray | None) -> HitPlaces:
         """Return rays that begin at the nearest points."""
         places = self._from_points()
-        return places._replace(origins=self._nearest(self._known(), places))
+        return replace(places, rays=HitRays.of_points(self._nearest(self._known(), places)))

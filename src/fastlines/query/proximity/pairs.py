@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from ...arrays import FloatArray, IntArray
 from ...geometry.any_geometry import AnyGeometry
-from ...geometry.hit_places import Float64Array, HitPlaces
+from ...geometry.hit_places import Float64Array, HitPlaces, HitRays
 from ...support.computed_once import computed_once
 from ...support.immutable import own
 from ...support.texts import counted
@@ -118,7 +118,7 @@ class Pairs(Answer):
         at = [HitPlaces.without_rays(prim, u.astype(np.float64)) for prim, u in ((self.i, self.s), (self.j, self.t))]
         axes = [of.nearest_at(places, False) for of, places in zip((first, second), at, strict=True)]
         if self.surface:
-            towards = [places._replace(origins=to) for places, to in zip(at, axes[::-1], strict=True)]
+            towards = [replace(places, rays=HitRays.of_points(to)) for places, to in zip(at, axes[::-1], strict=True)]
             axes = [of.nearest_at(places, True) for of, places in zip((first, second), towards, strict=True)]
         return np.asarray(np.stack(axes, axis=1) + np.array(first.offset))
 

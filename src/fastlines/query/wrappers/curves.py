@@ -13,6 +13,7 @@ import numpy.typing as npt
 
 from ...arrays import FloatArray, IntArray
 from ...progress import ProgressCallback
+from ..at import At
 from ..backend import HitColumns, HitLists
 from ..hit_lists import count_by_listing
 from ..rays import RayBatch
@@ -28,21 +29,40 @@ class CurveBackend:
 
     pieces: Pieces
 
-    def first_hit(self, rays: RayBatch, surface: bool, progress: ProgressCallback | None) -> HitColumns:
+    def first_hit(self, rays: RayBatch, at: At, progress: ProgressCallback | None) -> HitColumns:
         """See `Backend`."""
-        found = self.pieces.backend.first_hit(rays, surface, progress)
+        if at == "entry":
+            return self._first_entry(rays, progress)
+        found = self.pieces.backend.first_hit(rays, at, progress)
         hit = np.flatnonzero(found[1] >= 0)
         t, piece = found[0][hit], found[1][hit]
         some = rays if len(hit) == len(rays) else rays.some(hit)
-        best = self.pieces.crossings(some, (np.arange(len(hit) + 1), piece), False, surface, 1)[1]
+        best = self.pieces.crossings(some, (np.arange(len(hit) + 1), piece), False, at, 1)[1]
         _set(found, hit, best)
         # At the surface, the first piece begins the first crossing. The closest approach of its crossing may be later,
         # and that of another crossing before: look through all that have a piece up to there.
-        left = hit[:0] if surface else hit[best[0] > t]
+        left = hit[:0] if at == "surface" else hit[best[0] > t]
         if len(left):
             near = self._ending(rays.some(left), found[0][left])
-            offsets, (_, listed, *_) = self.pieces.backend.list_hits(near, False, None, False, None)
-            _set(found, left, self.pieces.crossings(rays.some(left), (offsets, listed), False, False, 1)[1])
+            offsets, (_, listed, *_) = self.pieces.backend.list_hits(near, "closest", None, False, None)
+            _set(found, left, self.pieces.crossings(rays.some(left), (offsets, listed), False, at, 1)[1])
+        return self.pieces.named(found)
+
+    def _first_entry(self, rays: RayBatch, progress: ProgressCallback | None) -> HitColumns:
+        """Find the first crossing of each ray that it enters."""
+        found = self.pieces.backend.first_hit(rays, "entry", progress)
+        hit = np.flatnonzero(found[1] >= 0)
+        piece = found[1][hit]
+        first = self.pieces.crossings(rays.some(hit), (np.arange(len(hit) + 1), piece), False, "entry", 1)
+        is_first = np.diff(first[0]) == 1
+        is_first[is_first] = first[1][1] == piece[is_first]
+        _set_lists(found, hit, first)
+        # A ray that starts inside a curve may enter another of its pieces, which begins no crossing: look through all.
+        left = hit[~is_first]
+        if len(left):
+            some = rays.some(left)
+            offsets, (_, listed, *_) = self.pieces.backend.list_hits(some, "closest", None, False, None)
+            _set_lists(found, left, self.pieces.crossings(some, (offsets, listed), True, "entry", 1))
         return self.pieces.named(found)
 
     def _ending(self, rays: RayBatch, t: FloatArray) -> RayBatch:
@@ -54,24 +74,26 @@ class CurveBackend:
         t_max = np.minimum(end, rays.scalar(rays.t_max, np.arange(len(rays))))
         return replace(rays, t_max=t_max.astype(np.float32))
 
-    def any_hit(self, rays: RayBatch, progress: ProgressCallback | None) -> npt.NDArray[np.bool_]:
+    def any_hit(self, rays: RayBatch, at: At, progress: ProgressCallback | None) -> npt.NDArray[np.bool_]:
         """See `Backend`."""
-        return self.pieces.backend.any_hit(rays, progress)
+        if at == "entry":
+            return np.asarray(self.first_hit(rays, at, progress)[1] >= 0)
+        return self.pieces.backend.any_hit(rays, at, progress)
 
-    def count_hits(self, rays: RayBatch, progress: ProgressCallback | None) -> IntArray:
+    def count_hits(self, rays: RayBatch, at: At, progress: ProgressCallback | None) -> IntArray:
         """See `Backend`."""
-        return count_by_listing(rays, lambda some: self.list_hits(some, False, None, False, None), progress)
+        return count_by_listing(rays, lambda some: self.list_hits(some, at, None, False, None), progress)
 
     def count_candidates(self, rays: RayBatch, progress: ProgressCallback | None) -> IntArray:
         """See `Backend`; these are the pieces that each ray hits."""
         return self.pieces.backend.count_candidates(rays, progress)
 
     def list_hits(
-        self, rays: RayBatch, surface: bool, k: int | None, by_distance: bool, progress: ProgressCallback | None
+        self, rays: RayBatch, at: At, k: int | None, by_distance: bool, progress: ProgressCallback | None
     ) -> HitLists:
         """See `Backend`."""
-        offsets, (_, listed, *_) = self.pieces.backend.list_hits(rays, False, None, False, progress)
-        offsets, columns = self.pieces.crossings(rays, (offsets, listed), True, surface, k, by_distance, progress)
+        offsets, (_, listed, *_) = self.pieces.backend.list_hits(rays, "closest", None, False, progress)
+        offsets, columns = self.pieces.crossings(rays, (offsets, listed), True, at, k, by_distance, progress)
         return offsets, self.pieces.named(columns)
 
 
@@ -81,3 +103,11 @@ def _set(columns: HitColumns, rows: IntArray, hits: HitColumns) -> None:
     for to, column in pairs:
         if to is not None:
             to[rows] = column
+
+
+def _set_lists(columns: HitColumns, rows: IntArray, lists: HitLists) -> None:
+    """Replace the hits in these rows by lists of one hit each, or of none for a miss."""
+    offsets, hits = lists
+    misses: Any = np.inf, -1, 0, np.inf, np.inf
+    _set(columns, rows, misses)
+    _set(columns, rows[np.diff(offsets) == 1], hits)

@@ -11,6 +11,7 @@ import numpy.typing as npt
 from ...arrays import IntArray
 from ...geometry.any_geometry import AnyGeometry
 from ...progress import ProgressCallback
+from ..at import At
 from ..backend import Backend, HitColumns, HitLists
 from ..hit_lists import chosen, count_by_listing, joined
 from ..rays import RayBatch
@@ -23,9 +24,9 @@ class IgnoringBackend:
     all: Backend
     geometry: AnyGeometry
 
-    def first_hit(self, rays: RayBatch, surface: bool, progress: ProgressCallback | None) -> HitColumns:
+    def first_hit(self, rays: RayBatch, at: At, progress: ProgressCallback | None) -> HitColumns:
         """See `Backend`; rays whose first hit is left out ask for their next ones, more and more of them."""
-        t, prim, u, distance, t_out = self.all.first_hit(rays, surface, progress)
+        t, prim, u, distance, t_out = self.all.first_hit(rays, at, progress)
         t, prim, u, distance = t.copy(), prim.copy(), u.copy(), distance.copy()
         t_out = None if t_out is None else t_out.copy()
         left = np.flatnonzero(self._drops(rays, prim, np.arange(len(rays))))
@@ -33,7 +34,7 @@ class IgnoringBackend:
         while len(left):
             k *= 4
             some = rays.some(left)
-            offsets, lists = self.all.list_hits(some, surface, k, False, None)
+            offsets, lists = self.all.list_hits(some, at, k, False, None)
             ray = np.repeat(np.arange(len(left)), np.diff(offsets))
             kept = np.flatnonzero(~self._drops(some, lists[1], ray))
             found, first = np.unique(ray[kept], return_index=True)
@@ -47,29 +48,29 @@ class IgnoringBackend:
             left = left[is_full]
         return t, prim, u, distance, t_out
 
-    def any_hit(self, rays: RayBatch, progress: ProgressCallback | None) -> npt.NDArray[np.bool_]:
+    def any_hit(self, rays: RayBatch, at: At, progress: ProgressCallback | None) -> npt.NDArray[np.bool_]:
         """See `Backend`."""
-        return np.asarray(self.first_hit(rays, False, progress)[1] >= 0)
+        return np.asarray(self.first_hit(rays, at, progress)[1] >= 0)
 
-    def count_hits(self, rays: RayBatch, progress: ProgressCallback | None) -> IntArray:
+    def count_hits(self, rays: RayBatch, at: At, progress: ProgressCallback | None) -> IntArray:
         """See `Backend`."""
-        return count_by_listing(rays, lambda some: self.list_hits(some, False, None, False, None), progress)
+        return count_by_listing(rays, lambda some: self.list_hits(some, at, None, False, None), progress)
 
     def count_candidates(self, rays: RayBatch, progress: ProgressCallback | None) -> IntArray:
         """See `Backend`; what is left out counts."""
         return self.all.count_candidates(rays, progress)
 
     def list_hits(
-        self, rays: RayBatch, surface: bool, k: int | None, by_distance: bool, progress: ProgressCallback | None
+        self, rays: RayBatch, at: At, k: int | None, by_distance: bool, progress: ProgressCallback | None
     ) -> HitLists:
         """See `Backend`."""
         if k is None or not len(rays):
-            return self._kept(rays, self.all.list_hits(rays, surface, k, by_distance, progress))
+            return self._kept(rays, self.all.list_hits(rays, at, k, by_distance, progress))
         # Ask for more hits until k of them are left, or the ray has no more.
         left, asked, parts = np.arange(len(rays)), max(k, 1), []
         while len(left):
             some = rays.some(left)
-            listed = self.all.list_hits(some, surface, asked, by_distance, progress)
+            listed = self.all.list_hits(some, at, asked, by_distance, progress)
             offsets, columns = self._kept(some, listed)
             is_done = (np.diff(offsets) >= k) | (np.diff(listed[0]) < asked)
             of_ray = np.repeat(np.arange(len(left)), np.diff(offsets))

@@ -15,6 +15,7 @@ import numpy.typing as npt
 from ...arrays import IntArray
 from ...geometry.hit_places import Float64Array
 from ...progress import ProgressCallback
+from ..at import At
 from ..backend import Backend, HitColumns, HitLists
 from ..hit_lists import chosen, joined
 from ..rays import RayBatch
@@ -37,31 +38,31 @@ class NearestBackend:
     all: Backend
     pieces: Pieces
 
-    def first_hit(self, rays: RayBatch, surface: bool, progress: ProgressCallback | None) -> HitColumns:
+    def first_hit(self, rays: RayBatch, at: At, progress: ProgressCallback | None) -> HitColumns:
         """See `Backend`."""
-        return self.all.first_hit(rays, surface, progress)
+        return self.all.first_hit(rays, at, progress)
 
-    def any_hit(self, rays: RayBatch, progress: ProgressCallback | None) -> npt.NDArray[np.bool_]:
+    def any_hit(self, rays: RayBatch, at: At, progress: ProgressCallback | None) -> npt.NDArray[np.bool_]:
         """See `Backend`."""
-        return self.all.any_hit(rays, progress)
+        return self.all.any_hit(rays, at, progress)
 
-    def count_hits(self, rays: RayBatch, progress: ProgressCallback | None) -> IntArray:
+    def count_hits(self, rays: RayBatch, at: At, progress: ProgressCallback | None) -> IntArray:
         """See `Backend`."""
-        return self.all.count_hits(rays, progress)
+        return self.all.count_hits(rays, at, progress)
 
     def count_candidates(self, rays: RayBatch, progress: ProgressCallback | None) -> IntArray:
         """See `Backend`."""
         return self.all.count_candidates(rays, progress)
 
     def list_hits(
-        self, rays: RayBatch, surface: bool, k: int | None, by_distance: bool, progress: ProgressCallback | None
+        self, rays: RayBatch, at: At, k: int | None, by_distance: bool, progress: ProgressCallback | None
     ) -> HitLists:
         """See `Backend`."""
         if not by_distance or not k or not len(rays):
-            return self.all.list_hits(rays, surface, k, by_distance, progress)
+            return self.all.list_hits(rays, at, k, by_distance, progress)
         size, first = self._lengths()
         if first == 0:  # no rows, or all are one point
-            return self.all.list_hits(rays, surface, k, by_distance, progress)
+            return self.all.list_hits(rays, at, k, by_distance, progress)
         left, away, parts = np.arange(len(rays)), self._away(rays), []
         more = np.full(len(rays), first)
         most = np.where(RayBatch.scalar(rays.spread, left) > 0, np.inf, RayBatch.scalar(rays.radius, left))
@@ -71,14 +72,14 @@ class NearestBackend:
                 radius = (away[left] + more[left]).astype(np.float32)
             is_last = (GROWTH * radius >= most[left]) | (more[left] >= 4 * size)
             if (last := left[is_last]).size:
-                parts.append((last, self.all.list_hits(rays.some(last), surface, k, True, progress)))
+                parts.append((last, self.all.list_hits(rays.some(last), at, k, True, progress)))
             left, radius = left[~is_last], radius[~is_last]
             if not len(left):
                 break
             some = rays.some(left)
             near = replace(some, radius=radius, spread=np.zeros_like(some.spread))
-            offsets, (_, found, *_) = self.pieces.backend.list_hits(near, False, None, False, None)
-            offsets, columns = self.pieces.crossings(some, (offsets, found), False, surface, k, True)
+            offsets, (_, found, *_) = self.pieces.backend.list_hits(near, "closest", None, False, None)
+            offsets, columns = self.pieces.crossings(some, (offsets, found), False, at, k, True)
             kth, has_k = np.zeros(len(left)), np.diff(offsets) == k
             kth[has_k] = columns[3][offsets[1:][has_k] - 1]
             is_done = has_k & (kth <= radius * (1 - ROUNDING) - ROUNDING * size)

@@ -12,6 +12,7 @@ from ...arrays import IntArray
 from ...geometry.any_geometry import AnyGeometry
 from ...progress import ProgressCallback
 from ...threads import get_num_threads
+from ..at import At
 from ..backend import Backend, HitColumns, HitLists
 from ..rays import RayBatch
 
@@ -32,7 +33,7 @@ class Pieces:
         rays: RayBatch,
         found: tuple[IntArray, IntArray],
         is_complete: bool,
-        surface: bool,
+        at: At,
         k: int | None = None,
         by_distance: bool = False,
         progress: ProgressCallback | None = None,
@@ -46,7 +47,7 @@ class Pieces:
         offsets, pieces = found
         n_threads = get_num_threads()
         return _core.crossings(
-            self.view, rays.arrays(), offsets, pieces, owner, is_complete, surface, k, by_distance, n_threads, progress
+            self.view, rays.arrays(), offsets, pieces, owner, is_complete, at, k, by_distance, n_threads, progress
         )
 
     def named(self, columns: HitColumns) -> HitColumns:

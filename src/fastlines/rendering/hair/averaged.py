@@ -75,7 +75,9 @@ class AveragedHair:
         """
         numbers = {"sin_theta_o": sin_theta_o, "sin_theta_i": sin_theta_i, "phi": phi}
         shape, angles = same_length({}, numbers)
-        return engine.averaged_hair(self.material.numbers, *self.tables, *map(_singles, angles)).reshape(*shape, 3)
+        return engine.averaged_hair(
+            self.material.numbers, *self.tables, *(each.astype(np.float32, copy=False) for each in angles)
+        ).reshape(*shape, 3)
 
     def forward(self, sin_theta: npt.ArrayLike) -> FloatArray:
         """Return a_f: the share of the light at an inclination that one fibre scatters onwards.
@@ -99,12 +101,10 @@ class AveragedHair:
     def attenuations(self, sin_theta: npt.ArrayLike) -> tuple[FloatArray, FloatArray]:
         """Return `forward` and `backward`."""
         shape, (sine,) = same_length({}, {"sin_theta": sin_theta})
-        forward, backward = engine.averaged_attenuations(self.material.numbers, *self.tables, _singles(sine))
+        forward, backward = engine.averaged_attenuations(
+            self.material.numbers, *self.tables, sine.astype(np.float32, copy=False)
+        )
         return forward.reshape(*shape, 3), backward.reshape(*shape, 3)
-
-
-def _singles(values: FloatArray) -> FloatArray:
-    return np.ascontiguousarray(values, np.float32)
 
 
 def _inclinations(table: AzimuthTable) -> FloatArray:

@@ -80,7 +80,7 @@ def same_length(
     Returns
     -------
     shape, arrays
-        The common shape, and all arrays with this shape made flat: (n, 3), (n,) and (n, columns).
+        The common shape, and all arrays with this shape made flat and contiguous: (n, 3), (n,) and (n, columns).
     """
     given = {name: _floats(name, value) for name, value in (vectors | numbers).items()}
     ends = dict.fromkeys(vectors, 3)
@@ -99,7 +99,7 @@ def same_length(
     flat = []
     for name, array in given.items():
         row = (ends[name],) if name in ends else ()
-        flat.append(np.broadcast_to(array, shape + row).reshape(-1, *row).astype(kind, copy=False))
+        flat.append(np.ascontiguousarray(np.broadcast_to(array, shape + row).reshape(-1, *row), kind))
     return shape, flat
 
 

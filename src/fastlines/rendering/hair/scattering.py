@@ -11,7 +11,7 @@ so the integral of the value over wi is the albedo: 1 without absorption. No fur
 The energies depend on the outgoing inclination alone, and the scales turn it. So the value is not reciprocal, like that
 of pbrt and Mitsuba: swapping wo and wi gives another value.
 
-Arrays of float32 are computed by compiled code. Others are float64, and computed by the formulas here.
+Compiled code computes `evaluate`, `pdf` and `sample` in float32, and the formulas here in float64.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from ...arrays import AnyArray, FloatArray
+from ...arrays import AnyArray
 from ...engines import engine
 from .attenuation import N_LOBES, attenuation, lobe_shares, refracted_sine
 from .azimuthal import exit_azimuth, sample_trimmed_logistic, trimmed_logistic
@@ -63,7 +63,9 @@ def evaluate(
     [1.7445, 0.8468, 0.1472]
     """
     shape, (out, into, along, offset) = same_length({"wo": wo, "wi": wi, "tangent": tangent}, {"h": h})
-    return _points(material, out, along, offset).evaluate(into).reshape(*shape, 3)
+    if into.dtype == np.float32:
+        return engine.hair_evaluate(material.numbers, out, along, offset, into).reshape(*shape, 3)
+    return FibrePoints(material, out, along, offset).evaluate(into).reshape(*shape, 3)
 
 
 def evaluate_angles(
@@ -111,7 +113,9 @@ def pdf(
     1.0
     """
     shape, (out, into, along, offset) = same_length({"wo": wo, "wi": wi, "tangent": tangent}, {"h": h})
-    return _points(material, out, along, offset).pdf(into).reshape(shape)
+    if into.dtype == np.float32:
+        return engine.hair_pdf(material.numbers, out, along, offset, into).reshape(shape)
+    return FibrePoints(material, out, along, offset).pdf(into).reshape(shape)
 
 
 def sample(
@@ -146,47 +150,15 @@ def sample(
     [1.0, 1.0, 0.17]
     """
     shape, (out, along, offset, u) = same_length({"wo": wo, "tangent": tangent}, {"h": h, "u4": u4}, columns=4)
-    wi, weight, density = _points(material, out, along, offset).sample(u)
+    if u.dtype == np.float32:
+        wi, weight, density = engine.hair_sample(material.numbers, out, along, offset, u)
+    else:
+        wi, weight, density = FibrePoints(material, out, along, offset).sample(u)
     return wi.reshape(*shape, 3), weight.reshape(*shape, 3), density.reshape(shape)
 
 
 class FibrePoints:
-    """Points of fibres, each with the direction in which light leaves it; compiled, in float32.
-
-    Its methods are the functions of this module.
-
-    Parameters
-    ----------
-    material : HairMaterial
-    wo, tangent : (n, 3) float32
-    h : (n,) float32
-        As in `evaluate`.
-
-    Examples
-    --------
-    >>> wo, tangent = np.array([[0.0, 0.0, 1.0]], np.float32), np.array([[1.0, 0.0, 0.0]], np.float32)
-    >>> FibrePoints(HairMaterial(), wo, tangent, np.zeros(1, np.float32)).evaluate(-wo).round(4).tolist()
-    [[1.7445, 0.8468, 0.1472]]
-    """
-
-    def __init__(self, material: HairMaterial, wo: FloatArray, tangent: FloatArray, h: FloatArray) -> None:
-        self._points = material.numbers, *(np.ascontiguousarray(each) for each in (wo, tangent, h))
-
-    def evaluate(self, wi: FloatArray) -> FloatArray:
-        """Return how much of the light from wi each point scatters, (n, 3)."""
-        return engine.hair_evaluate(*self._points, np.ascontiguousarray(wi))
-
-    def pdf(self, wi: FloatArray) -> FloatArray:
-        """Return the density with which each point draws wi, (n,)."""
-        return engine.hair_pdf(*self._points, np.ascontiguousarray(wi))
-
-    def sample(self, u4: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Draw a direction wi at each point; return directions (n, 3), weights (n, 3) and densities (n,)."""
-        return engine.hair_sample(*self._points, np.ascontiguousarray(u4))
-
-
-class ReferencePoints:
-    """The same as `FibrePoints`, by the formulas in NumPy and in any dtype."""
+    """The formulas at points of fibres, each with the direction in which light leaves it."""
 
     def __init__(self, material: HairMaterial, wo: AnyArray, tangent: AnyArray, h: AnyArray) -> None:
         self._frame = FibreFrame.of(wo, tangent)
@@ -210,12 +182,6 @@ class ReferencePoints:
 
     def _densities(self, wi: AnyArray) -> list[AnyArray]:
         return self._lobes.densities(*self._frame.angles(wi))
-
-
-def _points(
-    material: HairMaterial, wo: AnyArray, tangent: AnyArray, h: AnyArray
-) -> FibrePoints | ReferencePoints:
-    return (FibrePoints if wo.dtype == np.float32 else ReferencePoints)(material, wo, tangent, h)
 
 
 class _Lobes:

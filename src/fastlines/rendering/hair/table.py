@@ -100,7 +100,5 @@ def _binned(phi: AnyArray, energies: AnyArray, n_rows: int, n_bins: int) -> AnyA
     circle = np.repeat(np.arange(n_rows) * n_bins, len(phi) // n_rows)
     left, right = (circle + (low.astype(np.int64) + side) % n_bins for side in (0, 1))
     n = n_rows * n_bins
-    found = [
-        np.bincount(left, each * (1.0 - part), n) + np.bincount(right, each * part, n) for each in energies.T
-    ]
+    found = [np.bincount(left, each * (1.0 - part), n) + np.bincount(right, each * part, n) for each in energies.T]
     return np.reshape(found, (-1, n_rows, n_bins))

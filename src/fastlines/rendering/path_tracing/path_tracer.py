@@ -77,9 +77,9 @@ class PathTracer:
         return lights, self.material.numbers, self.skin, LEAST * self.context.extent
 
     @computed_once
-    def _sky(self) -> list[float]:
+    def _sky(self) -> tuple[float, ...]:
         """The light of the sky, as compiled code takes it."""
-        return self.context.rig.sky.row(self.context.up).tolist()
+        return tuple(map(float, self.context.rig.sky.row(self.context.up)))
 
 
 def _leaving(

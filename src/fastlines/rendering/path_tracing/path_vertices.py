@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ...arrays import FloatArray, IntArray
-from ...query.hits import AllHits
+from ...query.hits import AllHits, FirstHits
 from ...support.vectors import unit
 from ..shading.fragments import Fragments
 from ..shading.shading_context import ShadingContext
@@ -84,15 +84,10 @@ def seen_vertices(fragments: Fragments, context: ShadingContext, across: FloatAr
     return PathVertices(points, normals, fragments.tangents, fragments.to_eye, radius, *numbers)
 
 
-def hit_vertices(hits: AllHits, rays: IntArray, context: ShadingContext) -> PathVertices:
-    """Return the vertices of hits at surfaces, each of one of the rays, whose directions have unit length."""
-    assert hits.rays is not None
-    normals = hits.normals()
-    points = np.asarray(hits.points() + LEAST * context.extent * normals, np.float32)
-    tangents = np.nan_to_num(hits.tangents()).astype(np.float32)
-    to_eye = -hits.rays.directions[rays]
-    shape = points, normals.astype(np.float32), tangents, to_eye, _radius(hits, context)
-    return PathVertices(*shape, hits.prim_number, hits.strand)
+def hit_vertices(hits: FirstHits | AllHits, rows: IntArray, context: ShadingContext) -> PathVertices:
+    """Return the vertices of some hits at surfaces, of rays whose directions have unit length."""
+    frames = hits.frames(rows, lift=LEAST * context.extent)
+    return PathVertices(*frames, hits.prim_number[rows], hits.strand[rows])
 
 
 def _radius(hits: AllHits, context: ShadingContext) -> FloatArray:

@@ -45,22 +45,25 @@ def known_extension(path: str | os.PathLike[str], formats: Collection[str], what
     return extension
 
 
-def write_picture(path: str | os.PathLike[str], picture: npt.NDArray[np.uint8]) -> None:
-    """Write a picture, (h, w) or (h, w, 3) uint8, as PNG; the file appears whole or not at all."""
+def write_picture(path: str | os.PathLike[str], picture: npt.NDArray[np.uint8], *, is_final: bool = True) -> None:
+    """Write a picture, (h, w) or (h, w, 3) uint8, as PNG; the file appears whole or not at all.
+
+    One that is not final is compressed less, and may be lost at a power failure.
+    """
     if check_image_path(path) != ".png":
         raise InputError(f"{path}: a picture of 8 bits is written as .png")
-    with atomic_write(path) as partial:
-        save_png(partial, picture)
+    with atomic_write(path, durable=is_final) as partial:
+        save_png(partial, picture, 6 if is_final else 1)
 
 
-def save_png(file: Path | IO[bytes], picture: npt.NDArray[np.uint8]) -> None:
+def save_png(file: Path | IO[bytes], picture: npt.NDArray[np.uint8], compress_level: int = 6) -> None:
     """Write a picture as PNG, and say that its values are those of sRGB."""
     from PIL import Image
     from PIL.PngImagePlugin import PngInfo
 
     info = PngInfo()
     info.add(b"sRGB", bytes([PERCEPTUAL]))
-    Image.fromarray(picture).save(file, "PNG", pnginfo=info)
+    Image.fromarray(picture).save(file, "PNG", pnginfo=info, compress_level=compress_level)
 
 
 def write_depth(path: str | os.PathLike[str], depth: FloatArray) -> None:

@@ -16,6 +16,7 @@ from ...support.texts import counted
 from ..color.legend import CORNERS, Legend, draw_legend, emptiest_corner
 from ..color.tone import bleed, dithered, filmic, srgb, to_bytes
 from .images import check_image_path, save_png, write_light, write_picture
+from .notebook import is_in_cell
 from .options import PictureRequest, check_options
 
 
@@ -32,7 +33,7 @@ class Picture:
     backdrop : (height, width, 3) float32
         The light behind.
     samples : int
-        How many samples of each pixel are averaged.
+        How many samples of each pixel are averaged; 0 of a draft.
     shadow : (height, width) float32, optional
         How much darker the backdrop is, from 0 to 1: the shadow on the ground, weighted by what no line covers.
     exposure : float
@@ -86,6 +87,11 @@ class Picture:
     def __repr__(self) -> str:
         height, width = self.alpha.shape
         return f"<Picture: {width} × {height} pixels, {counted(self.samples, 'samples')}>"
+
+    def _ipython_display_(self) -> None:
+        """Show nothing if the cell of a notebook shows this picture already; else leave it to `_repr_png_`."""
+        if not is_in_cell(self):
+            raise NotImplementedError
 
     def _repr_png_(self) -> bytes:
         file = io.BytesIO()

@@ -21,6 +21,8 @@ MAX_PIXELS = 1 << 25
 MAX_BATCH = 1 << 20
 #: The same where each ray is shaded or measured; what that needs stays in the cache.
 MAX_RAYS = 1 << 16
+#: The fewest that are worth a call, unless a picture has fewer.
+MIN_RAYS = 1 << 14
 #: How many such batches are traced at a time, in threads of their own.
 MAX_BANDS = 16
 #: The width and the height of a picture, unless others are given.

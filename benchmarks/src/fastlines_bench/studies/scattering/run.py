@@ -206,7 +206,7 @@ def _averaged(name: str, material: HairMaterial, preset: HairPreset) -> AverageC
     sin_o, sin_i, phi = (rng.uniform(-1, 1, (3, preset.n_timed)) * np.array([[1], [1], [np.pi]])).astype(np.float32)
     wo, wi = rng.normal(size=(2, preset.n_timed, 3))
     wo, wi = ((each / np.linalg.norm(each, axis=1, keepdims=True)).astype(np.float32) for each in (wo, wi))
-    tangent, h = np.float32([0, 1, 0]), sin_o
+    tangent, h = np.array([0, 1, 0], np.float32), sin_o
     (averaged, _), (single, _) = best_in_turn(
         3,
         timed(lambda: hair.evaluate(sin_o, sin_i, phi)),

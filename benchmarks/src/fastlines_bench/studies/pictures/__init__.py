@@ -1,0 +1,1 @@
+"""How long pictures take, and how soon the first one is there."""

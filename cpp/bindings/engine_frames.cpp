@@ -1,0 +1,146 @@
+// The frames of hits on axes.
+#include <nanobind/stl/optional.h>
+#include <nanobind/stl/tuple.h>
+
+#include "arrays.hpp"
+#include "engine.hpp"
+#include "fastlines/query/hit_frames.hpp"
+#include "watch.hpp"
+
+namespace nb = nanobind;
+using namespace nb::literals;
+
+namespace fastlines {
+namespace {
+
+/// Of curves: the control points and the radii, the first piece of each, and the parameter at both ends of each piece.
+using CurveArrays =
+    std::tuple<Input<float>, std::optional<Input<float>>, Input<std::int64_t>, Input<float>, Input<float>>;
+/// Rows of straight axes, and the curves that these stand for.
+using AxisArrays = std::tuple<Input<float>, std::optional<CurveArrays>>;
+/// Of hits: prim, u, t, and the row of the ray of each, or None for one hit a ray.
+using PlaceArrays = std::tuple<Input<std::int64_t>, Input<double>, Input<double>, std::optional<Input<std::int64_t>>>;
+
+/// Of rays: origins, directions, radius, t_min and t_max.
+using HitRayArrays = std::tuple<Input<float>, Input<float>, Input<float>, Input<float>, Input<float>>;
+
+RayBatch batch_of(const HitRayArrays& arrays) {
+  const auto& [origins, directions, radius, t_min, t_max] = arrays;
+  return {rows<Vec3>(origins), rows<Vec3>(directions), rows<float>(radius), rows<float>(t_min), rows<float>(t_max)};
+}
+
+/// More hits take longer than starting a thread.
+constexpr std::size_t kHitsPerThread = 1 << 14;
+
+/// Axes that do not own their memory.
+struct AxesOfArrays : Axes {
+  explicit AxesOfArrays(const AxisArrays& arrays) {
+    const auto& [straight, of_curves] = arrays;
+    rows = fastlines::rows<float>(straight);
+    columns = straight.shape(1);
+    if (!of_curves) return;
+    const auto& [control, radii, first, begin, end] = *of_curves;
+    cubic.control = fastlines::rows<CubicCurves::Control>(control);
+    if (radii) cubic.radii = fastlines::rows<CubicCurves::Radii>(*radii);
+    cubic.first = fastlines::rows<std::int64_t>(first);
+    cubic.begin = fastlines::rows<float>(begin);
+    cubic.end = fastlines::rows<float>(end);
+    curves = &cubic;
+  }
+  AxesOfArrays(const AxesOfArrays&) = delete;
+
+  CubicCurves cubic;
+};
+
+HitPlaces places_of(const PlaceArrays& arrays, bool at_surface) {
+  const auto& [prim, u, t, ray] = arrays;
+  return {rows<std::int64_t>(prim), rows<double>(u), rows<double>(t),
+          ray ? rows<std::int64_t>(*ray) : std::span<const std::int64_t>{}, at_surface};
+}
+
+template <class Scalar>
+void write_frames(const AxisArrays& arrays, const HitPlaces& places, const RayBatch* rays,
+                  const FrameColumns<Scalar>& to, unsigned n_threads, const nb::object& progress) {
+  const AxesOfArrays axes(arrays);
+  const auto n_workers = unsigned(std::min<std::size_t>(n_threads, places.size() / kHitsPerThread));
+  watch_if(n_workers > 1, progress, [&](Progress& watched) {
+    if (!places.are_of(axes.size(), rays ? rays->size() : places.size()))
+      throw std::out_of_range("these hits name a primitive or a ray that there is not; query again");
+    store_frames(HitSource(axes, rays), places, to, std::max(1u, n_workers), watched);
+  });
+}
+
+template <class Scalar>
+typename FrameColumns<Scalar>::Vector* vectors_in(Output<Scalar>& array) {
+  return reinterpret_cast<typename FrameColumns<Scalar>::Vector*>(array.data());
+}
+
+/// Write one column of vectors in float64.
+Output<double> hit_vectors(FrameColumns<double>::Vector* FrameColumns<double>::* column, const AxisArrays& axes,
+                           const HitPlaces& places, const RayBatch* rays, unsigned n_threads,
+                           const nb::object& progress) {
+  auto found = make_array<double>(places.size(), 3);
+  FrameColumns<double> to;
+  to.*column = vectors_in(found);
+  write_frames(axes, places, rays, to, n_threads, progress);
+  return found;
+}
+
+Output<double> hit_points(AxisArrays axes, PlaceArrays places, HitRayArrays rays, bool surface, unsigned n_threads,
+                          nb::object progress) {
+  const RayBatch batch = batch_of(rays);
+  return hit_vectors(&FrameColumns<double>::points, axes, places_of(places, surface), &batch, n_threads, progress);
+}
+
+Output<double> hit_normals(AxisArrays axes, PlaceArrays places, HitRayArrays rays, bool surface, unsigned n_threads,
+                           nb::object progress) {
+  const RayBatch batch = batch_of(rays);
+  return hit_vectors(&FrameColumns<double>::normals, axes, places_of(places, surface), &batch, n_threads, progress);
+}
+
+Output<double> hit_tangents(AxisArrays axes, Input<std::int64_t> prim, Input<double> u, unsigned n_threads,
+                            nb::object progress) {
+  const HitPlaces places{rows<std::int64_t>(prim), rows<double>(u), {}, {}};
+  return hit_vectors(&FrameColumns<double>::tangents, axes, places, nullptr, n_threads, progress);
+}
+
+Output<double> hit_radii(AxisArrays axes, Input<std::int64_t> prim, Input<double> u, unsigned n_threads,
+                         nb::object progress) {
+  const HitPlaces places{rows<std::int64_t>(prim), rows<double>(u), {}, {}};
+  auto found = make_array<double>(places.size());
+  FrameColumns<double> to;
+  to.radius = found.data();
+  write_frames(axes, places, nullptr, to, n_threads, progress);
+  return found;
+}
+
+/// Points, normals, tangents, directions to the eye, and radii for shading.
+using FrameTuple = std::tuple<Output<float>, Output<float>, Output<float>, Output<float>, Output<float>>;
+
+FrameTuple hit_frames(AxisArrays axes, PlaceArrays places, HitRayArrays rays, double lift, unsigned n_threads,
+                      nb::object progress) {
+  const RayBatch batch = batch_of(rays);
+  const HitPlaces hits = places_of(places, true);
+  const auto array = [&] { return make_array<float>(hits.size(), 3); };
+  auto points = array(), normals = array(), tangents = array(), to_eye = array();
+  auto radius = make_array<float>(hits.size());
+  FrameColumns<float> to{
+      vectors_in(points), vectors_in(normals), vectors_in(tangents), vectors_in(to_eye), radius.data(), lift, 0.0};
+  write_frames(axes, hits, &batch, to, n_threads, progress);
+  return {points, normals, tangents, to_eye, radius};
+}
+
+}  // namespace
+
+void bind_frames(nb::module_& m) {
+  m.def("hit_points", &hit_points, "axes"_a, "places"_a, "rays"_a.noconvert(), "surface"_a, "n_threads"_a,
+        "progress"_a.none());
+  m.def("hit_normals", &hit_normals, "axes"_a, "places"_a, "rays"_a.noconvert(), "surface"_a, "n_threads"_a,
+        "progress"_a.none());
+  m.def("hit_tangents", &hit_tangents, "axes"_a, "prim"_a, "u"_a, "n_threads"_a, "progress"_a.none());
+  m.def("hit_radii", &hit_radii, "axes"_a, "prim"_a, "u"_a, "n_threads"_a, "progress"_a.none());
+  m.def("hit_frames", &hit_frames, "axes"_a, "places"_a, "rays"_a.noconvert(), "lift"_a, "n_threads"_a,
+        "progress"_a.none());
+}
+
+}  // namespace fastlines
