@@ -254,67 +254,6 @@ def hit_normals(
     places: tuple[NDArray[numpy.int64], NDArray[numpy.float64], NDArray[numpy.float64], NDArray[numpy.int64] | None],
     rays: tuple[
         NDArray[numpy.float32],
-def hair_evaluate(
-    material: Sequence[float],
-    to_eye: NDArray[numpy.float32],
-    tangents: NDArray[numpy.float32],
-    h: NDArray[numpy.float32],
-    towards: NDArray[numpy.float32],
-) -> NDArray[numpy.float32]: ...
-def hair_pdf(
-    material: Sequence[float],
-    to_eye: NDArray[numpy.float32],
-    tangents: NDArray[numpy.float32],
-    h: NDArray[numpy.float32],
-    towards: NDArray[numpy.float32],
-) -> NDArray[numpy.float32]: ...
-def hair_sample(
-    material: Sequence[float],
-    to_eye: NDArray[numpy.float32],
-    tangents: NDArray[numpy.float32],
-    h: NDArray[numpy.float32],
-    u4: NDArray[numpy.float32],
-) -> tuple[NDArray[numpy.float32], NDArray[numpy.float32], NDArray[numpy.float32]]: ...
-def averaged_hair(
-    material: Sequence[float],
-    azimuths: NDArray[numpy.float32],
-    inclinations: NDArray[numpy.float32],
-    sin_o: NDArray[numpy.float32],
-    sin_i: NDArray[numpy.float32],
-    phi: NDArray[numpy.float32],
-) -> NDArray[numpy.float32]: ...
-def averaged_attenuations(
-    material: Sequence[float],
-    azimuths: NDArray[numpy.float32],
-    inclinations: NDArray[numpy.float32],
-    sin_theta: NDArray[numpy.float32],
-) -> tuple[NDArray[numpy.float32], NDArray[numpy.float32]]: ...
-def sample_numbers(
-    index: int, seeds: NDArray[numpy.uint32], dimension: int, count: int
-) -> list[NDArray[numpy.float32]]: ...
-def scatter_paths(
-    scene: tuple[NDArray[numpy.float32], Sequence[float], Sequence[float], float],
-    step: tuple[int, int, int],
-    vertices: tuple[
-        NDArray[numpy.float32],
-        NDArray[numpy.float32],
-        NDArray[numpy.float32],
-        NDArray[numpy.float32],
-        NDArray[numpy.float32],
-    ],
-    paths: tuple[NDArray[numpy.int64], NDArray[numpy.float32], NDArray[numpy.uint32]],
-) -> tuple[
-    list[
-        tuple[
-            NDArray[numpy.int64],
-            NDArray[numpy.float32],
-            NDArray[numpy.float32],
-            NDArray[numpy.float32],
-            NDArray[numpy.float32],
-        ]
-    ],
-    tuple[
-        NDArray[numpy.int64],
         NDArray[numpy.float32],
         NDArray[numpy.float32],
         NDArray[numpy.float32],
@@ -388,6 +327,72 @@ def hit_frames(
     NDArray[numpy.float32],
     NDArray[numpy.float32],
 ]: ...
+def hair_evaluate(
+    material: Sequence[float],
+    to_eye: NDArray[numpy.float32],
+    tangents: NDArray[numpy.float32],
+    h: NDArray[numpy.float32],
+    towards: NDArray[numpy.float32],
+) -> NDArray[numpy.float32]: ...
+def hair_pdf(
+    material: Sequence[float],
+    to_eye: NDArray[numpy.float32],
+    tangents: NDArray[numpy.float32],
+    h: NDArray[numpy.float32],
+    towards: NDArray[numpy.float32],
+) -> NDArray[numpy.float32]: ...
+def hair_sample(
+    material: Sequence[float],
+    to_eye: NDArray[numpy.float32],
+    tangents: NDArray[numpy.float32],
+    h: NDArray[numpy.float32],
+    u4: NDArray[numpy.float32],
+) -> tuple[NDArray[numpy.float32], NDArray[numpy.float32], NDArray[numpy.float32]]: ...
+def averaged_hair(
+    material: Sequence[float],
+    azimuths: NDArray[numpy.float32],
+    inclinations: NDArray[numpy.float32],
+    sin_o: NDArray[numpy.float32],
+    sin_i: NDArray[numpy.float32],
+    phi: NDArray[numpy.float32],
+) -> NDArray[numpy.float32]: ...
+def averaged_attenuations(
+    material: Sequence[float],
+    azimuths: NDArray[numpy.float32],
+    inclinations: NDArray[numpy.float32],
+    sin_theta: NDArray[numpy.float32],
+) -> tuple[NDArray[numpy.float32], NDArray[numpy.float32]]: ...
+def sample_numbers(
+    index: int, seeds: NDArray[numpy.uint32], dimension: int, count: int
+) -> list[NDArray[numpy.float32]]: ...
+def scatter_paths(
+    scene: tuple[NDArray[numpy.float32], Sequence[float], Sequence[float], float],
+    step: tuple[int, int, int],
+    vertices: tuple[
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+    ],
+    paths: tuple[NDArray[numpy.int64], NDArray[numpy.float32], NDArray[numpy.uint32]],
+) -> tuple[
+    list[
+        tuple[
+            NDArray[numpy.int64],
+            NDArray[numpy.float32],
+            NDArray[numpy.float32],
+            NDArray[numpy.float32],
+            NDArray[numpy.float32],
+        ]
+    ],
+    tuple[
+        NDArray[numpy.int64],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+    ],
     int,
 ]: ...
 def add_offered(
@@ -405,3 +410,64 @@ def add_sky(
     away: NDArray[numpy.bool_],
     sky: Sequence[float],
 ) -> None: ...
+def cone_fragments(
+    hits: tuple[
+        NDArray[numpy.int64],
+        NDArray[numpy.int64],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32] | None,
+    ],
+    origins: NDArray[numpy.float32],
+    directions: NDArray[numpy.float32],
+    axes: NDArray[numpy.float32],
+    settings: Sequence[float],
+    chances: NDArray[numpy.float32],
+) -> tuple[NDArray[numpy.int64], NDArray[numpy.int64], NDArray[numpy.float32], NDArray[numpy.float32]]: ...
+def smooth_tangents(
+    segments: NDArray[numpy.float32],
+    strands: NDArray[numpy.int64],
+    prim: NDArray[numpy.int64],
+    u: NDArray[numpy.float32],
+    tangents: NDArray[numpy.float32],
+) -> NDArray[numpy.float32]: ...
+def density_grid(
+    axes: NDArray[numpy.float32],
+    end_radii: NDArray[numpy.float32] | None,
+    radius: float,
+    box: tuple[Sequence[float], Sequence[int]],
+    n_threads: int,
+    progress: object | None,
+) -> tuple[NDArray[numpy.float32], NDArray[numpy.float32]]: ...
+def mean_crossings(
+    box: tuple[Sequence[float], Sequence[int]],
+    voxels: NDArray[numpy.float32],
+    blocks: NDArray[numpy.float32],
+    points: NDArray[numpy.float32],
+    tangents: NDArray[numpy.float32],
+    towards: NDArray[numpy.float32],
+    moved: NDArray[numpy.float32],
+    radius: float,
+    far: float,
+) -> tuple[NDArray[numpy.float32], NDArray[numpy.float32]]: ...
+def light_samples(
+    lamps: NDArray[numpy.float32], sky: Sequence[float], numbers: tuple[int, NDArray[numpy.uint32], int]
+) -> tuple[NDArray[numpy.float32], NDArray[numpy.float32], NDArray[numpy.float32], NDArray[numpy.float32]]: ...
+def light_of_hair(
+    hair: tuple[Sequence[float], NDArray[numpy.float32], NDArray[numpy.float32]],
+    axes: tuple[NDArray[numpy.float32], NDArray[numpy.float32]],
+    light: tuple[NDArray[numpy.float32], NDArray[numpy.float32], NDArray[numpy.float32], NDArray[numpy.float32]],
+    is_sharp: bool,
+) -> NDArray[numpy.float32]: ...
+def light_of_solids(
+    axes: tuple[NDArray[numpy.float32], NDArray[numpy.float32]],
+    base: NDArray[numpy.float32],
+    is_thin: bool,
+    material: Sequence[float],
+    lamps: NDArray[numpy.float32],
+    sky: Sequence[float],
+    numbers: tuple[int, NDArray[numpy.uint32], int],
+) -> tuple[
+    tuple[NDArray[numpy.float32], NDArray[numpy.float32]], tuple[NDArray[numpy.float32], NDArray[numpy.float32]]
+]: ...
