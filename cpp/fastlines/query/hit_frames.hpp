@@ -259,6 +259,15 @@ void store_frames_x8(const HitSource& from, const HitPlaces& places, std::size_t
   }
 }
 
+/// Writes the frames of eight misses.
+template <class Scalar>
+void store_misses_x8(const FrameColumns<Scalar>& to, std::size_t row) {
+  constexpr Scalar nan = std::numeric_limits<Scalar>::quiet_NaN();
+  for (auto* const vectors : {to.points, to.normals, to.tangents, to.to_eye})
+    if (vectors) std::fill_n(vectors[row].data(), 3 * DoubleX8::kLanes, nan);
+  if (to.radius) std::fill_n(to.radius + row, DoubleX8::kLanes, nan);
+}
+
 /// Writes the frames of all hits. Without rays, only tangents and radii.
 template <class Scalar>
 void store_frames(const HitSource& from, const HitPlaces& places, const FrameColumns<Scalar>& to, unsigned n_threads,
@@ -283,7 +292,11 @@ void store_frames(const HitSource& from, const HitPlaces& places, const FrameCol
           if (i + lanes > places.size()) return store_last(i);
           for (std::size_t k = i + ahead; k < std::min(i + ahead + lanes, places.size()); ++k)
             from.axes.prefetch(std::max<std::int64_t>(places.prim[k], 0));
-          store_frames_x8(from, places, i, to, i, int(lanes));
+          const std::int64_t* const prims = places.prim.data() + i;
+          if (std::all_of(prims, prims + lanes, [](std::int64_t prim) { return prim < 0; }))
+            store_misses_x8(to, i);
+          else
+            store_frames_x8(from, places, i, to, i, int(lanes));
         }
       });
 }
