@@ -5,8 +5,8 @@ The model of scattering takes a fibre as a whole, so a ray that leaves it starts
 outside, within its own fibre, if there is such a place; else it does not hit it. Mitsuba's curves, too, cannot be hit
 from inside. (pbrt moves the start by twice the width of the fibre.)
 
-Within its own fibre, a ray may enter its own primitive again, or the next one of the strand, at a joint. Such a ray goes
-on behind that entry.
+Within its own fibre, a ray may enter its own primitive again, or the next one of the strand, at a joint. Such a ray
+goes on behind that entry.
 """
 
 from __future__ import annotations
