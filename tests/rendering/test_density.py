@@ -110,3 +110,9 @@ def test_grids_do_not_depend_on_the_number_of_threads():
 
 def test_memory_is_bounded():
     assert sum(each.nbytes for each in DensityGrid.of(cloud(100), 0.01).tensors) <= 64 << 20
+
+
+def test_a_direction_of_length_zero_ends():
+    points = RANDOM.random((20, 3)).astype(np.float32)
+    none = np.zeros_like(points)
+    assert np.isfinite(DensityGrid.of(cloud(100), 0.01).crossings(points, none, none, points, 0.1)).all()

@@ -86,9 +86,10 @@ class DensityGrid {
       t = max(t, min(one, other));
       t_end = min(t_end, max(one, other));
     }
-    // Look up the middle of each step.
+    // Look up the middle of each step. A direction of length zero never leaves the box.
     FloatLanes sum = 0.0f;
-    for (IntLanes goes_on = t < t_end; any(goes_on); goes_on = t < t_end) {
+    int steps_left = box.n[0] + box.n[1] + box.n[2] + 2;
+    for (IntLanes goes_on = t < t_end; any(goes_on) && steps_left-- > 0; goes_on = t < t_end) {
       const FloatLanes length = select(goes_on, min(t_end - t, FloatLanes(step)), FloatLanes(0.0f));
       const FloatLanes middle = t + 0.5f * length;
       IntLanes cell[3];
