@@ -75,33 +75,40 @@ typename FrameColumns<Scalar>::Vector* vectors_in(Output<Scalar>& array) {
   return reinterpret_cast<typename FrameColumns<Scalar>::Vector*>(array.data());
 }
 
-/// Write one column of vectors in float64.
-Output<double> hit_vectors(FrameColumns<double>::Vector* FrameColumns<double>::* column, const AxisArrays& axes,
-                           const HitPlaces& places, const RayBatch* rays, unsigned n_threads,
-                           const nb::object& progress) {
-  auto found = make_array<double>(places.size(), 3);
-  FrameColumns<double> to;
-  to.*column = vectors_in(found);
-  write_frames(axes, places, rays, to, n_threads, progress);
-  return found;
-}
-
-Output<double> hit_points(AxisArrays axes, PlaceArrays places, HitRayArrays rays, bool surface, unsigned n_threads,
-                          nb::object progress) {
+/// The points on the rays, moved along the normals if a lift is given: one for each hit, or for all.
+Output<double> hit_points(AxisArrays axes, PlaceArrays places, HitRayArrays rays, bool surface,
+                          std::optional<Input<double>> lift, unsigned n_threads, nb::object progress) {
   const RayBatch batch = batch_of(rays);
-  return hit_vectors(&FrameColumns<double>::points, axes, places_of(places, surface), &batch, n_threads, progress);
+  const HitPlaces hits = places_of(places, surface);
+  auto found = make_array<double>(hits.size(), 3);
+  FrameColumns<double> to;
+  to.points = vectors_in(found);
+  if (lift) to.lift = rows<double>(*lift);
+  if (to.lift.size() > 1 && to.lift.size() != hits.size())
+    throw std::invalid_argument("there is not one lift for each hit");
+  write_frames(axes, hits, &batch, to, n_threads, progress);
+  return found;
 }
 
 Output<double> hit_normals(AxisArrays axes, PlaceArrays places, HitRayArrays rays, bool surface, unsigned n_threads,
                            nb::object progress) {
   const RayBatch batch = batch_of(rays);
-  return hit_vectors(&FrameColumns<double>::normals, axes, places_of(places, surface), &batch, n_threads, progress);
+  const HitPlaces hits = places_of(places, surface);
+  auto found = make_array<double>(hits.size(), 3);
+  FrameColumns<double> to;
+  to.normals = vectors_in(found);
+  write_frames(axes, hits, &batch, to, n_threads, progress);
+  return found;
 }
 
 Output<double> hit_tangents(AxisArrays axes, Input<std::int64_t> prim, Input<double> u, unsigned n_threads,
                             nb::object progress) {
   const HitPlaces places{rows<std::int64_t>(prim), rows<double>(u), {}, {}};
-  return hit_vectors(&FrameColumns<double>::tangents, axes, places, nullptr, n_threads, progress);
+  auto found = make_array<double>(places.size(), 3);
+  FrameColumns<double> to;
+  to.tangents = vectors_in(found);
+  write_frames(axes, places, nullptr, to, n_threads, progress);
+  return found;
 }
 
 Output<double> hit_radii(AxisArrays axes, Input<std::int64_t> prim, Input<double> u, unsigned n_threads,
@@ -124,8 +131,13 @@ FrameTuple hit_frames(AxisArrays axes, PlaceArrays places, HitRayArrays rays, do
   const auto array = [&] { return make_array<float>(hits.size(), 3); };
   auto points = array(), normals = array(), tangents = array(), to_eye = array();
   auto radius = make_array<float>(hits.size());
-  FrameColumns<float> to{
-      vectors_in(points), vectors_in(normals), vectors_in(tangents), vectors_in(to_eye), radius.data(), lift, 0.0};
+  FrameColumns<float> to{vectors_in(points),
+                         vectors_in(normals),
+                         vectors_in(tangents),
+                         vectors_in(to_eye),
+                         radius.data(),
+                         {&lift, 1},
+                         0.0};
   write_frames(axes, hits, &batch, to, n_threads, progress);
   return {points, normals, tangents, to_eye, radius};
 }
@@ -133,8 +145,8 @@ FrameTuple hit_frames(AxisArrays axes, PlaceArrays places, HitRayArrays rays, do
 }  // namespace
 
 void bind_frames(nb::module_& m) {
-  m.def("hit_points", &hit_points, "axes"_a, "places"_a, "rays"_a.noconvert(), "surface"_a, "n_threads"_a,
-        "progress"_a.none());
+  m.def("hit_points", &hit_points, "axes"_a, "places"_a, "rays"_a.noconvert(), "surface"_a, "lift"_a.none(),
+        "n_threads"_a, "progress"_a.none());
   m.def("hit_normals", &hit_normals, "axes"_a, "places"_a, "rays"_a.noconvert(), "surface"_a, "n_threads"_a,
         "progress"_a.none());
   m.def("hit_tangents", &hit_tangents, "axes"_a, "prim"_a, "u"_a, "n_threads"_a, "progress"_a.none());

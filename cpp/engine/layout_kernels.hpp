@@ -24,12 +24,16 @@ void LayoutQueries<P>::find_first(At at, const HitColumns& to) const {
 
 template <RayPrimitive P>
 void LayoutQueries<P>::find_any(At at, bool* to) const {
-  run_batch(tree, rays, kernel, AnyHitQuery{to, at}, n_threads, progress);
+  if constexpr (!kHasSpread<P>)
+    if (at == At::entry) return run_batch(tree, rays, kernel, AnyHitQuery<FixedAt<At::entry>>{to}, n_threads, progress);
+  run_batch(tree, rays, kernel, AnyHitQuery<>{to}, n_threads, progress);
 }
 
 template <RayPrimitive P>
 void LayoutQueries<P>::count(At at, std::int64_t* to) const {
-  run_batch(tree, rays, kernel, CountHitsQuery{to, at}, n_threads, progress);
+  if constexpr (!kHasSpread<P>)
+    if (at == At::entry) return run_batch(tree, rays, kernel, CountEntriesQuery{to}, n_threads, progress);
+  run_batch(tree, rays, kernel, CountHitsQuery{to}, n_threads, progress);
 }
 
 template <RayPrimitive P>

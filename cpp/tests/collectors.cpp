@@ -139,8 +139,8 @@ void check_k_nearest(const Scene& scene, std::size_t k, Collect collect) {
 }
 
 void check_all(const Scene& scene) {
-  const auto any = std::make_unique<AnyHitCollector>(At::closest);
-  const auto count = std::make_unique<CountHitsCollector>(At::closest);
+  const auto any = std::make_unique<AnyHitCollector<FixedAt<At::closest>>>();
+  const auto count = std::make_unique<CountHitsCollector>();
   const auto all = std::make_unique<AllHitsCollector>(At::closest);
   scene.add_packets(*any);
   scene.add_packets(*count);

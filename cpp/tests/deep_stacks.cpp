@@ -29,7 +29,7 @@ void answer_in_deep_trees() {
     const auto run = [&](const auto& query) { run_batch(tree, rays, kernel, query, 1, progress); };
     run(FirstHitQuery<Segments, FixedAt<At::closest>>{tree,
                                                       {t.data(), prim.data(), u.data(), distance.data(), nullptr}});
-    run(AnyHitQuery{any.get()});
+    run(AnyHitQuery<>{any.get()});
     for (int i = 0; i < kRays; ++i) {
       n_hits += prim[std::size_t(i)] == 0;
       n_wrong += (prim[std::size_t(i)] == 0) != Chain::hits(i);

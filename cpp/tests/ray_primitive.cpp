@@ -52,7 +52,10 @@ Found search_all(const Search& search, const RayBatch& rays, At at, Progress& pr
 Found run_kernel(const WideBvhView<Tubes>& view, const RayBatch& rays, Kernel kernel, At at, Progress& progress) {
   Found found(rays.size());
   run_batch(view, rays, kernel, FirstHitQuery<Tubes, SurfaceAt>{view, found.columns(), SurfaceAt(at)}, 1, progress);
-  run_batch(view, rays, kernel, CountHitsQuery{found.count.data(), at}, 1, progress);
+  if (at == At::entry)
+    run_batch(view, rays, kernel, CountEntriesQuery{found.count.data()}, 1, progress);
+  else
+    run_batch(view, rays, kernel, CountHitsQuery{found.count.data()}, 1, progress);
   HitAssembler lists(rays.size(), true);
   run_lists(view, rays, kernel, AllHitsQuery<Tubes>(view, at), 1, progress, lists);
   found.add(lists);

@@ -98,7 +98,7 @@ Answer answer(const WideBvhView<Segments>& tree, const RayBatch& rays, Kernel ke
   for (const auto* column : {&t, &u, &distance, &t_out}) answer.add(*column, kRays);
   answer.add(prim, kRays);
   const std::unique_ptr<bool[]> any(new bool[kRays]);
-  run_batch(tree, rays, kernel, AnyHitQuery{any.get()}, n_threads, progress);
+  run_batch(tree, rays, kernel, AnyHitQuery<>{any.get()}, n_threads, progress);
   answer.add(std::span(any.get(), kRays), kRays);
   run_batch(tree, rays, kernel, CountHitsQuery{prim.data()}, n_threads, progress);
   answer.add(prim, kRays);

@@ -236,6 +236,7 @@ def hit_points(
         NDArray[numpy.float32],
     ],
     surface: bool,
+    lift: NDArray[numpy.float64] | None,
     n_threads: int,
     progress: object | None,
 ) -> NDArray[numpy.float64]: ...

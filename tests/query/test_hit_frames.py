@@ -90,6 +90,24 @@ def test_many_hits_with_an_offset(n_threads: int) -> None:
         assert check(hits) > 10_000
 
 
+@pytest.mark.parametrize("tapers", [False, True])
+@pytest.mark.parametrize("scale", [1e-6, 1.0, 1e6])
+def test_points_outside_are_moved_along_the_normals(simd: str, scale: float, tapers: bool) -> None:
+    rng = np.random.default_rng(5)
+    segments = (rng.random((50, 2, 3)) * scale).astype(np.float32)
+    lines = fl.Lines.from_segments(segments, radius=0.05 * scale * rng.random((50, 2) if tapers else 50))
+    directions = rng.normal(size=(400, 3)).astype(np.float32)
+    origins = (scale * (rng.random((400, 3)) - 3 * directions)).astype(np.float32)
+    ray_radius = (0.01 * scale * rng.random(400)).astype(np.float32)
+    hits = fl.build(lines).first_hit(origins, directions, ray_radius, at="surface")
+    bounds = lines.bounds.astype(np.float64)
+    size = float((bounds[1] - bounds[0]).max() + np.abs(bounds).max())
+    own = lines.end_radii[hits.prim].max(axis=1).astype(np.float64)
+    expected = hits.points() + (2.0**-20 * (size + own + ray_radius))[:, None] * hits.normals()
+    assert np.array_equal(bits(hits.points(outside=True)), bits(expected))
+    assert 50 < hits.hit.sum() < 400
+
+
 def test_parts_have_the_frames_of_their_own() -> None:
     rng = np.random.default_rng(3)
     segments = rng.random((40, 2, 3)).astype(np.float32)

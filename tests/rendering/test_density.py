@@ -29,7 +29,9 @@ def cloud(n, axis=None, length=0.1, radius=None):
     """Return short lines in a cube, in all directions or along one."""
     middle = RANDOM.random((n, 3))
     edge = length * (directions(n) if axis is None else np.broadcast_to(np.float32(axis), (n, 3)))
-    return fl.Lines.from_segments(np.stack([middle - edge / 2, middle + edge / 2], axis=1).astype(np.float32), radius=radius)
+    return fl.Lines.from_segments(
+        np.stack([middle - edge / 2, middle + edge / 2], axis=1).astype(np.float32), radius=radius
+    )
 
 
 @pytest.mark.parametrize("axis", [None, (0, 0, 1), (0.6, 0, 0.8)])
@@ -72,7 +74,9 @@ def test_a_line_does_not_hide_itself(line, radius):
 def test_lines_in_a_plane_do_not_hide_each_other_from_above():
     flat = fl.lines([[[-1, y, 0], [1, y, 0]] for y in np.linspace(-1, 1, 300)])
     grid = DensityGrid.of(flat, 0.003)
-    points = np.float32(np.stack([RANDOM.random(100), RANDOM.choice(np.linspace(-0.8, 0.8, 9), 100), 0 * np.ones(100)], 1))
+    points = np.float32(
+        np.stack([RANDOM.random(100), RANDOM.choice(np.linspace(-0.8, 0.8, 9), 100), 0 * np.ones(100)], 1)
+    )
     along, up = (np.broadcast_to(np.float32(axis), (100, 3)).copy() for axis in ((1, 0, 0), (0, 0, 1)))
     assert np.abs(crossings(grid, points, along, up)[0]).max() < 0.01
 
@@ -80,7 +84,9 @@ def test_lines_in_a_plane_do_not_hide_each_other_from_above():
 def test_radii_of_lines_count_and_nothing_has_none():
     thick, thin = cloud(5000, radius=np.full(5000, 0.003)), cloud(5000)
     points, towards = RANDOM.random((3000, 3)).astype(np.float32), directions(3000)
-    found = [crossings(grid, points, towards, towards)[0].mean() for grid in map(DensityGrid.of, (thick, thin), (0, 0.003))]
+    found = [
+        crossings(grid, points, towards, towards)[0].mean() for grid in map(DensityGrid.of, (thick, thin), (0, 0.003))
+    ]
     assert found[0] == pytest.approx(found[1], rel=0.1)
     empty = DensityGrid.of(fl.lines(np.zeros((0, 2, 3))), 0.1)
     assert not np.any(empty.crossings(points, towards, towards, points, 0.1))
@@ -93,7 +99,9 @@ def test_scale_and_place_change_nothing(scale):
     moved = RANDOM.random((500, 3), np.float32)
     plain = DensityGrid.of(lines, 0.002).crossings(points, towards, towards, moved, 0.1)
     larger = fl.lines(lines.segments * np.float32(scale))
-    scaled = DensityGrid.of(larger, 0.002 * scale).crossings(points * np.float32(scale), towards, towards, moved, 0.1 * scale)
+    scaled = DensityGrid.of(larger, 0.002 * scale).crossings(
+        points * np.float32(scale), towards, towards, moved, 0.1 * scale
+    )
     assert np.quantile(np.abs(scaled[0] - plain[0]), 0.95) < 0.02
 
 

@@ -126,6 +126,14 @@ def test_the_ground_is_an_option_of_all_lit_looks(look):
 # --- Backgrounds ---
 
 
+def test_dark_fibres_are_seen():
+    for color, is_dark in (("#000000", True), ("#803010", False), ("direction", False)):
+        picture = fl.render(LINES, look="fibre", color=color, radius=0.05, **SMALL)
+        assert (picture.backdrop.min() > 0.3) == is_dark
+    given = fl.render(LINES, look="fibre", color="#000000", background="#111", radius=0.05, **SMALL)
+    assert given.backdrop.max() < 0.1
+
+
 def test_pale_tubes_are_seen():
     for color, is_pale in (("#ffffff", True), ("#c4a878", False), ("strand", False)):
         picture = fl.render(LINES, look="tube", color=color, radius=0.05, **SMALL)

@@ -56,7 +56,9 @@ def test_one_lamp_and_the_sky_are_what_their_formulas_say(material, thin):
     assert light == pytest.approx(expected, rel=1e-4, abs=1e-4 * float(expected.max()))
     expected = sphere(*u[4:]) if thin else hemisphere(axes, *u[4:])
     assert to_sky == pytest.approx(expected, abs=1e-5)
-    share = 4 * np.pi * reflected(axes, to_eye, np.ones(3), expected, SurfaceMaterial(gloss=0), True)[:, :1] if thin else 1
+    share = (
+        4 * np.pi * reflected(axes, to_eye, np.ones(3), expected, SurfaceMaterial(gloss=0), True)[:, :1] if thin else 1
+    )
     assert ambient == pytest.approx(base * share * rig.sky.radiance(expected @ UP), rel=1e-4, abs=1e-4)
 
 
@@ -75,7 +77,7 @@ def test_one_lamp_of_several_has_the_light_of_all_on_average(thin):
             expected += shaded(axes, to_eye, base, material, thin, one, index)[0][0][1] / 64
     assert mean.sum(axis=1) == pytest.approx(expected.sum(axis=1), rel=0.03, abs=0.02)
     assert mean == pytest.approx(expected, rel=0.15, abs=0.05)
-    assert (mean.sum(axis=0) == pytest.approx(expected.sum(axis=0), rel=3e-3))
+    assert mean.sum(axis=0) == pytest.approx(expected.sum(axis=0), rel=3e-3)
 
 
 def test_without_lamps_there_is_the_sky_alone():

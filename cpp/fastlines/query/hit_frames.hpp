@@ -50,9 +50,9 @@ template <class Scalar>
 struct FrameColumns {
   using Vector = std::array<Scalar, 3>;
   Vector *points = nullptr, *normals = nullptr, *tangents = nullptr;
-  Vector* to_eye = nullptr;  ///< against the ray
-  Scalar* radius = nullptr;  ///< of the axis at u and of the ray together; of the axis alone without rays
-  double lift = 0.0;         ///< how far points are moved along the normals
+  Vector* to_eye = nullptr;      ///< against the ray
+  Scalar* radius = nullptr;      ///< of the axis at u and of the ray together; of the axis alone without rays
+  std::span<const double> lift;  ///< how far points are moved along the normals: for each hit, or for all, or empty
   double no_tangent = std::numeric_limits<double>::quiet_NaN();  ///< of an axis of length zero
 };
 
@@ -223,13 +223,17 @@ void store_frames_x8(const HitSource& from, const HitPlaces& places, std::size_t
     for (int lane = 0; lane < n; ++lane)
       for (int k = 0; k < 3; ++k) rows[row + std::size_t(lane)][k] = Scalar(columns[k][lane]);
   };
-  if (to.normals || to.lift != 0.0) {
+  Vector3<DoubleX8> points = frames.points();
+  if (to.normals || !to.lift.empty()) {
     const Vector3<DoubleX8> normals = frames.normals();
     if (to.normals) store(normals, to.normals);
-    if (to.points) store(frames.points() + DoubleX8(to.lift) * normals, to.points);
-  } else if (to.points) {
-    store(frames.points(), to.points);
+    if (!to.lift.empty()) {
+      double lift[DoubleX8::kLanes] = {};
+      for (int lane = 0; lane < n; ++lane) lift[lane] = to.lift[to.lift.size() == 1 ? 0 : row + std::size_t(lane)];
+      points = points + DoubleX8::load(lift) * normals;
+    }
   }
+  if (to.points) store(points, to.points);
   if (to.tangents) {
     const Vector3<DoubleX8> tangents = frames.tangents();
     const DoubleX8 none = to.no_tangent;

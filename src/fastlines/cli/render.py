@@ -146,9 +146,9 @@ def render(
     pixel are drawn by the fraction of it that they cover. With [cyan]--preview[/], a quick small picture shows whether
     the view and the colours are right.
 
-    A picture that takes more than a second is written early, and replaced every few seconds by one of more samples. One
-    that takes more than a minute says how long, before it starts. Ctrl-C stops the samples, and writes the picture of
-    those that are done. The same command with [cyan]--resume[/] goes on, and gives the picture of an uninterrupted run.
+    A first picture is written early, and replaced every few seconds by one of more samples. A picture that takes more
+    than a minute says how long, before it starts. Ctrl-C stops the samples, and writes the picture of those that are
+    done. The same command with [cyan]--resume[/] goes on, and gives the picture of an uninterrupted run.
 
     [bold]Examples[/]
 

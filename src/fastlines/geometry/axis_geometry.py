@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from abc import abstractmethod
 from collections.abc import Mapping
@@ -189,10 +190,10 @@ class AxisGeometry(AnyGeometry):
 
     def radius_of(self, prim: IntArray) -> Float64Array:
         """See `AnyGeometry`."""
-        if self.radius is None:
+        if self.radius is None or not len(self):
             return np.zeros(len(prim))
-        rows = self.radius[prim].reshape(len(prim), math.prod(self.radius.shape[1:]))
-        return np.asarray(rows.max(axis=1, initial=0.0), np.float64)
+        columns = self.radius[prim].reshape(len(prim), math.prod(self.radius.shape[1:])).T
+        return np.asarray(functools.reduce(np.maximum, columns, np.zeros(len(prim))))
 
     # --- Hits ---
 
@@ -205,7 +206,11 @@ class AxisGeometry(AnyGeometry):
 
     def points_at(self, hits: HitPlaces) -> Float64Array:
         """See `AnyGeometry`."""
-        return engine.hit_points(self.compiled_axes, *_arrays(hits), hits.at_surface, get_num_threads(), None)
+        return engine.hit_points(self.compiled_axes, *_arrays(hits), hits.at_surface, None, get_num_threads(), None)
+
+    def points_outside(self, hits: HitPlaces, distance: Float64Array) -> Float64Array:
+        """See `AnyGeometry`."""
+        return engine.hit_points(self.compiled_axes, *_arrays(hits), hits.at_surface, distance, get_num_threads(), None)
 
     def normals_at(self, hits: HitPlaces) -> Float64Array:
         """See `AnyGeometry`."""

@@ -19,12 +19,16 @@ class HitAnswers:
         """Whether hits may be at a closest approach to an axis, not at a surface."""
         return False
 
-    #: Whether `points_at`, `normals_at` and `tangents_at` take misses too, for which they return NaN.
+    #: Whether points, normals and tangents are those of misses, too: NaN.
     takes_misses: ClassVar[bool] = False
 
     def points_at(self, hits: HitPlaces) -> Float64Array:
         """Return the point of each hit on its ray; where the ray enters a surface, t is computed again in float64."""
         return hits.on_rays()
+
+    def points_outside(self, hits: HitPlaces, distance: Float64Array) -> Float64Array:
+        """Return the points moved outwards along the normals, each by its distance."""
+        return np.asarray(self.points_at(hits) + distance[:, None] * self.normals_at(hits))
 
     def nearest_at(self, hits: HitPlaces, surface: bool) -> Float64Array:
         """Return the point of each primitive, or of its surface if it has a radius, that is nearest to an origin."""

@@ -6,6 +6,7 @@ import numpy as np
 
 from ..arrays import FloatArray, IntArray
 from ..errors import InputError
+from ..geometry.any_geometry import AnyGeometry
 from ..geometry.hit_places import Float64Array, HitFrames, HitPlaces, HitRays
 from ..geometry.offsets import NO_OFFSET
 from .found_prims import FoundPrims
@@ -51,17 +52,10 @@ class HitGeometry(FoundPrims):
         array(False)
         """
         geometry = self._known()
-        points = self._at_places(True, lambda geometry, places: geometry.points_at(places))
         if outside:
-            points = points + self._outside()[..., None] * self.normals()
+            self._require_surface()
+        points = self._at_places(True, _points_outside if outside else lambda of, places: of.points_at(places))
         return points if geometry.offset == NO_OFFSET else points + np.array(geometry.offset)
-
-    def _outside(self) -> Float64Array:
-        """Return how far outside of the surface each ray starts that is not to hit it again."""
-        geometry, places = self._known(), self._places()
-        bounds = np.asarray(geometry.bounds, np.float64)
-        size = float(np.ptp(bounds, axis=0).max() + np.abs(bounds).max()) if len(geometry) else 0.0
-        return self._filled(OUTSIDE * (size + geometry.radius_of(places.prim) + places.radius))
 
     def normals(self) -> Float64Array:
         """Return the unit normal of the surface at each point of entry, outwards, (…, 3) float64.
@@ -138,3 +132,10 @@ class HitGeometry(FoundPrims):
         if self.rays is None:
             raise InputError("these hits do not know their rays: a pickle leaves them out; query again")
         return self.rays.unchanged()
+
+
+def _points_outside(geometry: AnyGeometry, places: HitPlaces) -> Float64Array:
+    """Return points so far outside of the surfaces that rays from there do not hit these again."""
+    bounds = np.asarray(geometry.bounds, np.float64)
+    size = float(np.ptp(bounds, axis=0).max() + np.abs(bounds).max()) if len(geometry) else 0.0
+    return geometry.points_outside(places, OUTSIDE * (size + geometry.radius_of(places.prim) + places.radius))

@@ -35,6 +35,7 @@ from .looks import (
     make_look,
 )
 from .looks.solid import Solid
+from .looks.table import PAPER
 from .measures import MEASURES, Measure
 from .pictures.options import NUMBERS, OWN_FLAT, OWN_LIT, PictureRequest, check_options
 from .shading.depth import SIZE, check_radius, check_size
@@ -261,7 +262,7 @@ def _look(options: PictureOptions, geometry: AnyGeometry) -> tuple[Look | Measur
             f"the legend of directions has no title, and {options.legend!r} is given; draw it without, or colour lines "
             "by an attribute of numbers"
         )
-    backdrop = options.backdrop
+    backdrop = options.backdrop or (PAPER if options.ground and request.look == "fibre" else None)
     if backdrop is not None and isinstance(made, Solid):
         made = made.before(backdrop)
     has_bar = request.color == "number" and options.file != ".exr"

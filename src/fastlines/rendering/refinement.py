@@ -15,7 +15,7 @@ LARGE = 1 << 16
 #: A picture that takes more seconds says how many before it starts.
 LONG = 60.0
 #: A picture is shown unfinished if the rest takes more seconds.
-WAITED = 1.0
+WAITED = 2.0
 #: Showing unfinished pictures takes this fraction of the time at most.
 SHARE = 0.1
 

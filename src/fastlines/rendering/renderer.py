@@ -198,9 +198,9 @@ def render(
 
     Notes
     -----
-    A picture that takes more than a minute says so on stderr, with an estimate, before it starts. A cell of a notebook
-    shows a picture that takes more than a second while it is made. Interrupting the kernel then stops the samples, and
-    the picture is that of those that are done.
+    How long a picture takes is printed to stderr before it starts, if that is more than a minute. A cell of a notebook
+    shows a picture that takes more than two seconds while it is made. Interrupting the kernel then stops the samples,
+    and the picture is that of those that are done.
 
     Raises
     ------

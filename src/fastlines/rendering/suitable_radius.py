@@ -36,8 +36,8 @@ def suitable_radius(tree: AnyTree, camera: Camera, thickest: float = THICKEST) -
     With it, `CLOSED` of the rays of a picture hit that hit with the radius `COARSE`. It is not less than `THINNEST` and
     not more than `thickest`, all of them times the longest side of the box. Flat lines have the least radius. Lines
     that are nowhere dense have the largest, such as a single one. Points may be as thick as `COARSE`, and so may lines
-    that are shorter than that altogether. What is a single point has the radius `DOT`. Molecules have sticks of the radius
-    `STICK` at least.
+    that are shorter than that altogether. What is a single point has the radius `DOT`. Sticks of molecules have the
+    radius `STICK` at least.
 
     Parameters
     ----------

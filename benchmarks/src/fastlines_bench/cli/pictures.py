@@ -33,7 +33,7 @@ def pictures(
         typer.Option("--data", metavar="FOLDER", help="The folder of the gallery's files.", show_default=False),
     ] = None,
     million: Annotated[
-        bool, typer.Option("--million", help="Also a head of a million strands: 1024² pixels, 64 samples, paths.")
+        bool, typer.Option("--million", help="A head of a million strands: 1024² pixels, 64 samples, traced paths.")
     ] = False,
     peer: Annotated[str, typer.Option("--peer", help="The peer that is timed too: pyvista or none.")] = "pyvista",
     threads: Threads = 2,

@@ -8,13 +8,12 @@
 namespace fastlines {
 
 /// Records one bit per ray, and ends the ray at its first hit.
-struct AnyHitCollector : ChosenAt {
+template <class Where>
+struct AnyHitCollector : Where {
   static constexpr QueryTraits kTraits{.needs_position = false};
   alignas(64) float limit[kGroupSize];
   bool limit_changed = false;
   bool found[kGroupSize];
-
-  explicit AnyHitCollector(At at_) : ChosenAt{at_} {}
 
   void begin(const RayGroup& rays, int first, int end) {
     begin_limits(rays, first, end, limit);
@@ -37,12 +36,12 @@ struct AnyHitCollector : ChosenAt {
 };
 
 /// Writes whether each ray hits anything.
+template <class Where = FixedAt<At::closest>>
 struct AnyHitQuery {
-  using Collector = AnyHitCollector;
+  using Collector = AnyHitCollector<Where>;
   bool* to;  ///< one per ray of the batch
-  At at = At::closest;
 
-  Collector collector() const { return Collector(at); }
+  Collector collector() const { return {}; }
   void store(const RayGroup& rays, const Collector& found, int first, int end) const {
     for (int i = first; i < end; ++i) to[rays.id[i]] = found.found[i];
   }

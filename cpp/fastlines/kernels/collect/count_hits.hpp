@@ -3,18 +3,16 @@
 
 #include <bit>
 
-#include "collector.hpp"
+#include "all_hits.hpp"
 
 namespace fastlines {
 
 /// Records one count per ray.
-struct CountHitsCollector : ChosenAt {
+struct CountHitsCollector : FixedAt<At::closest> {
   static constexpr QueryTraits kTraits{.order_independent = true, .needs_position = false};
   alignas(64) float limit[kGroupSize];
   bool limit_changed = false;
   std::int64_t n_hits[kGroupSize];
-
-  explicit CountHitsCollector(At at_) : ChosenAt{at_} {}
 
   void begin(const RayGroup& rays, int first, int end) {
     begin_limits(rays, first, end, limit);
@@ -36,11 +34,25 @@ struct CountHitsCollector : ChosenAt {
 struct CountHitsQuery {
   using Collector = CountHitsCollector;
   std::int64_t* to;  ///< one per ray of the batch
-  At at = At::closest;
 
-  Collector collector() const { return Collector(at); }
+  Collector collector() const { return {}; }
   void store(const RayGroup& rays, const Collector& found, int first, int end) const {
     for (int i = first; i < end; ++i) to[rays.id[i]] = found.n_hits[i];
+  }
+};
+
+/// Writes how many primitives each ray enters. It counts what the collector of all hits keeps, so that kernels need not
+/// be compiled for it.
+struct CountEntriesQuery {
+  using Collector = AllHitsCollector;
+  std::int64_t* to;  ///< one per ray of the batch
+
+  Collector collector() const { return Collector(At::entry); }
+  void store(const RayGroup& rays, const Collector& found, int first, int end) const {
+    for (int i = first; i < end; ++i) to[rays.id[i]] = 0;
+    for (int from = first / kSimdWidth; from < round_up_to_width(end) / kSimdWidth; ++from)
+      for (std::size_t j = 0; j < found.hits[from].n; ++j)
+        ++to[rays.id[from * kSimdWidth + int(found.hits[from].lane[j])]];
   }
 };
 

@@ -27,13 +27,19 @@ class OneRay {
   }
 
   bool any_hit(At at) const {
-    AnyHitOfRay<ChosenAt> any(ray_, {at});
+    if (at == At::entry) return first_hit(at).prim >= 0;
+    AnyHitOfRay any(ray_);
     traverse(tree_, ray_, any);
     return any.found;
   }
 
   std::size_t count_hits(At at) const {
-    HitCountOfRay<ChosenAt> count(ray_, ~0ull, {at});
+    if (at == At::entry) {
+      std::vector<Hit> entries;
+      all_hits(at, entries);
+      return entries.size();
+    }
+    HitCountOfRay count(ray_);
     traverse(tree_, ray_, count);
     return count.n;
   }

@@ -83,7 +83,7 @@ def emptiest_corner(alpha: FloatArray, legend: Legend) -> str:
     Examples
     --------
     >>> alpha = np.zeros((100, 200))
-    >>> alpha[50:, :150] = 1  # lines at the lower left
+    >>> alpha[50:] = 1  # lines in the lower half
     >>> emptiest_corner(alpha, ColorBar("fa", 0.0, 1.0, "viridis"))
     'upper left'
     """

@@ -59,7 +59,7 @@ def azimuth_table(material: HairMaterial) -> AzimuthTable:
     """Average a material over the width of its fibre."""
     # Choose rays and bins.
     wanted = math.pi * STEPS_PER_SCALE / material.logistic_scale
-    n_azimuths = 2 ** math.ceil(math.log2(min(max(wanted, MIN_AZIMUTHS), MAX_AZIMUTHS)))
+    n_azimuths = 32 * math.ceil(min(max(wanted, MIN_AZIMUTHS), MAX_AZIMUTHS) / 32)  # FFTs of primes are slow
     n_bins, n_rays = 2 * n_azimuths, RAYS_PER_AZIMUTH * n_azimuths
     gamma = (np.arange(n_rays) + 0.5) * (0.5 * math.pi / n_rays)
     share = np.cos(gamma) * (0.25 * math.pi / n_rays)

@@ -52,12 +52,12 @@ SMOOTH = 0.8
 
 PAPER = Backdrop("#eeeef0", "#c6c6cb")
 #: Darker than lit hair, so that gaps between hairs look deep, and light from behind draws the outline.
-SLATE = Backdrop("#6a6d75", "#232428")
+SLATE = Backdrop("#5a5d65", "#212226")
 NIGHT = Backdrop("#16181d", "#08080a")
 #: The attribute of the number of a residue of a molecule.
 RESIDUE = "residue"
-#: Lines of a larger luminance are hardly seen before paper.
-PALE = 0.6
+#: Lines of a larger luminance are hardly seen before paper, and those of a smaller one before the night.
+PALE, DIM = 0.6, 0.01
 #: How much the farthest fibres fade; where colours are numbers, which must be read, it is `SLIGHT_HAZE`.
 HAZE = 0.5
 CLAY = "#c4a878"
@@ -172,8 +172,10 @@ def make_look(
         chosen = replace(chosen, variation=variation or 0.0)
         if name == "fibre":
             haze = SLIGHT_HAZE if chosen.has_bar(geometry) else HAZE
-            return Solid(chosen, NIGHT, SOFT, haze, _surface(material))
-        return Solid(chosen, _behind_tubes(chosen, geometry), material=_surface(material), has_ground=True)
+            fibres = Solid(chosen, NIGHT, SOFT, haze, _surface(material))
+            return fibres.before(PAPER) if chosen.lightness(geometry) < DIM else fibres
+        behind = SLATE if chosen.lightness(geometry) > PALE else PAPER
+        return Solid(chosen, behind, material=_surface(material), has_ground=True)
     shown = {"depth": flat.depth, "id": flat.ids, "normal": flat.normals, "tangent": flat.tangents}
     return flat.Flat(shown[name])
 
@@ -217,11 +219,6 @@ def _usual_color(look: str, geometry: AnyGeometry) -> str:
 def _is_flat(geometry: AnyGeometry) -> bool:
     """Return whether an extent is zero, as that of a map."""
     return len(geometry) == 0 or bool((geometry.bounds[1] == geometry.bounds[0]).any())
-
-
-def _behind_tubes(color: Color, geometry: AnyGeometry) -> Backdrop:
-    """Return paper, or slate behind lines that are almost as light as paper."""
-    return SLATE if color.lightness(geometry) > PALE else PAPER
 
 
 def _surface(material: MaterialOption | None) -> SurfaceMaterial:

@@ -86,8 +86,9 @@ def seen_vertices(fragments: Fragments, context: ShadingContext, across: FloatAr
 
 def hit_vertices(hits: FirstHits | AllHits, rows: IntArray, context: ShadingContext) -> PathVertices:
     """Return the vertices of some hits at surfaces, of rays whose directions have unit length."""
+    prim = hits.prim_number[rows]
     frames = hits.frames(rows, lift=LEAST * context.extent)
-    return PathVertices(*frames, hits.prim_number[rows], hits.strand[rows])
+    return PathVertices(*frames, prim, context.tree.geometry.strands_of(prim))
 
 
 def _radius(hits: AllHits, context: ShadingContext) -> FloatArray:

@@ -12,6 +12,7 @@ Thicker lines, and all other shapes, are hit by rays at their surface, and cover
 from __future__ import annotations
 
 from dataclasses import dataclass
+
 import numpy as np
 
 from ...arrays import FloatArray, IntArray
