@@ -57,7 +57,7 @@ def test_far_lines_are_a_part_of_all():
     assert far.mean() == pytest.approx(tree.count_hits(points, towards, 0.002, t_min=0.3).mean(), rel=0.06)
 
 
-@pytest.mark.parametrize("line", [[[0, 0, 0], [1, 0, 0]], [[0, 0, 0], [1, 0.7, -0.4]], [[3, 3, 3], [3, 3.1, 3.1]]])
+@pytest.mark.parametrize("line", [[[0, 0, 0], [1, 0, 0]], [[0, 0, 0], [1, 0.7, -0.4]], [[3, 3, 3], [3.4, 3.1, 2.9]]])
 @pytest.mark.parametrize("radius", [1e-4, 2.5e-3])
 def test_a_line_does_not_hide_itself(line, radius):
     lines = fl.lines([line])
