@@ -42,7 +42,7 @@ SkyLight sky_of(const std::array<float, 12>& numbers) {
 
 /// Hits of rays: offsets, the row of each hit's axis, t, u, the distance, and the radius of the line or none.
 using ConeHitArrays = std::tuple<Input<std::int64_t>, Input<std::int64_t>, Input<float>, Input<float>, Input<float>,
-                              std::optional<Input<float>>>;
+                                 std::optional<Input<float>>>;
 /// Fragments: their hits, their rays and their weights; and the opacity of each ray.
 using FragmentTuple = std::tuple<Output<std::int64_t>, Output<std::int64_t>, Output<float>, Output<float>>;
 
@@ -199,8 +199,7 @@ Output<float> light_of_hair(HairArrays hair, DirectionArrays axes, ArrivingArray
   const auto& [tangents, to_eye] = axes;
   const auto& [towards, color, crossed, far] = light;
   const HairMaterial material(numbers);
-  const HairTable table(material, azimuths.data(), inclinations.data(), int(azimuths.shape(0)),
-                        int(azimuths.shape(1)));
+  const HairTable table(material, azimuths.data(), inclinations.data(), int(azimuths.shape(0)), int(azimuths.shape(1)));
   const std::size_t n_rows = crossed.size();
   auto found = make_array<float>(n_rows, 3);
   const bool is_one = color.size() == 3;
@@ -220,9 +219,10 @@ using UnhiddenTuple = std::tuple<Output<float>, Output<float>>;
 
 /// The light of one lamp for each fragment, and that of one direction of the sky; and three more numbers. Axes are
 /// normals unless lines are thin.
-std::tuple<UnhiddenTuple, UnhiddenTuple, Output<float>> light_of_solids(DirectionArrays axes, Input<float> base, bool is_thin,
-                                                         std::array<float, 4> material, Input<float> lamps,
-                                                         std::array<float, 12> sky, NumbersTuple numbers) {
+std::tuple<UnhiddenTuple, UnhiddenTuple, Output<float>> light_of_solids(DirectionArrays axes, Input<float> base,
+                                                                        bool is_thin, std::array<float, 4> material,
+                                                                        Input<float> lamps, std::array<float, 12> sky,
+                                                                        NumbersTuple numbers) {
   const auto& [along, to_eye] = axes;
   const auto& [index, seeds, dimension] = numbers;
   const std::size_t n_rows = seeds.size();
@@ -236,8 +236,8 @@ std::tuple<UnhiddenTuple, UnhiddenTuple, Output<float>> light_of_solids(Directio
     found.towards.store(std::get<0>(to).data() + 3 * first, n);
     found.light.store(std::get<1>(to).data() + 3 * first, n);
   };
-  in_groups(n_rows, [&, index = index, dimension = dimension, &along = along, &to_eye = to_eye,
-                     &seeds = seeds](std::size_t first, int n) {
+  in_groups(n_rows, [&, index = index, dimension = dimension, &along = along, &to_eye = to_eye, &seeds = seeds](
+                        std::size_t first, int n) {
     const SolidPoints points{vectors(along, first, n), vectors(to_eye, first, n), vectors(base, first, n), is_thin};
     const WordLanes own = load_lanes(seeds.data() + first, n);
     const auto number = [&](int next) { return uniforms(index, own, dimension + next); };

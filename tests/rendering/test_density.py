@@ -57,7 +57,7 @@ def test_far_lines_are_a_part_of_all():
     assert far.mean() == pytest.approx(tree.count_hits(points, towards, 0.002, t_min=0.3).mean(), rel=0.06)
 
 
-@pytest.mark.parametrize("line", [[[0, 0, 0], [1, 0, 0]], [[0, 0, 0], [1, 0.7, -0.4]], [[3, 3, 3], [3, 3.1, 3.1]]])
+@pytest.mark.parametrize("line", [[[0, 0, 0], [1, 0, 0]], [[0, 0, 0], [1, 0.7, -0.4]], [[3, 3, 3], [3.4, 3.1, 2.9]]])
 @pytest.mark.parametrize("radius", [1e-4, 2.5e-3])
 def test_a_line_does_not_hide_itself(line, radius):
     lines = fl.lines([line])
@@ -118,3 +118,9 @@ def test_grids_do_not_depend_on_the_number_of_threads():
 
 def test_memory_is_bounded():
     assert sum(each.nbytes for each in DensityGrid.of(cloud(100), 0.01).tensors) <= 64 << 20
+
+
+def test_a_direction_of_length_zero_ends():
+    points = RANDOM.random((20, 3)).astype(np.float32)
+    none = np.zeros_like(points)
+    assert np.isfinite(DensityGrid.of(cloud(100), 0.01).crossings(points, none, none, points, 0.1)).all()

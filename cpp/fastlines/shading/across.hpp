@@ -5,7 +5,8 @@
 
 namespace fastlines {
 
-/// The sine and the cosine of the angle between directions and the planes across unit axes, and their unit parts across.
+/// The sine and the cosine of the angle between directions and the planes across unit axes, and their unit parts
+/// across.
 struct Across {
   FloatLanes sine, cosine;
   Vec3Lanes across;

@@ -37,10 +37,10 @@ struct ConeHits {
 };
 
 struct CoverSettings {
-  float radius;   // added to the radii of lines
-  float spread;   // the radius of a spot as a fraction of t
-  float opaque;   // fragments behind this opacity are not drawn
-  float faint;    // fragments of a smaller weight are drawn by chance
+  float radius;  // added to the radii of lines
+  float spread;  // the radius of a spot as a fraction of t
+  float opaque;  // fragments behind this opacity are not drawn
+  float faint;   // fragments of a smaller weight are drawn by chance
 };
 
 struct ConeFragments {
@@ -55,7 +55,8 @@ inline float spot_share(float x) {
 }
 
 /// Whether a strand comes nearest at a hit, and not where an axis leads on to a nearer point.
-inline bool comes_nearest(const AxisPoints& axes, std::size_t axis, float u, const Vec3& origin, const Vec3& direction) {
+inline bool comes_nearest(const AxisPoints& axes, std::size_t axis, float u, const Vec3& origin,
+                          const Vec3& direction) {
   if (u <= 0.0f) return !axes.continues(axis);
   if (u < 1.0f || !axes.continues(axis + 1)) return true;
   // Compare the vector from the ray to the joint with the direction in which the strand goes on.

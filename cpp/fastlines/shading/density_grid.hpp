@@ -21,6 +21,8 @@ class DensityGrid {
   static constexpr int kBlock = 4;
   /// Lines up to this distance are looked up in voxels, others in blocks; in sides of voxels.
   static constexpr float kNear = 8.0f;
+  /// Less the line itself, the number of lines is 0 on average where there are no others; it is not below this.
+  static constexpr float kLeast = -1.0f;
 
   DensityGrid(const VoxelBox& box, std::span<const LineTensor> voxels, std::span<const LineTensor> blocks)
       : box_(box), blocks_box_(blocks_of(box)), voxels_(voxels), blocks_(blocks) {}
@@ -48,8 +50,8 @@ class DensityGrid {
               voxels[voxel++] * (1.0f / float(kBlock * kBlock * kBlock));
   }
 
-  /// The mean number of lines that light crosses on its way to a point of a line, up to the distance `end`, and of these
-  /// those that are farther than `far`.
+  /// The mean number of lines that light crosses on its way to a point of a line, up to the distance `end`, and of
+  /// these those that are farther than `far`.
   struct Crossings {
     FloatLanes all, far;
   };
@@ -65,7 +67,8 @@ class DensityGrid {
     const FloatLanes near = march(box_, voxels_, from, towards, start, switched, unit) +
                             march(blocks_box_, blocks_, from, towards, switched, behind, unit * float(kBlock));
     const FloatLanes beyond = march(blocks_box_, blocks_, from, towards, behind, end, unit * float(kBlock));
-    return {(near + beyond) * (1.0f / unit) - own_share(tangents, towards, radius, start), beyond * (1.0f / unit)};
+    const FloatLanes others = (near + beyond) * (1.0f / unit) - own_share(tangents, towards, radius, start);
+    return {max(others, FloatLanes(kLeast)), beyond * (1.0f / unit)};
   }
 
  private:
@@ -86,9 +89,10 @@ class DensityGrid {
       t = max(t, min(one, other));
       t_end = min(t_end, max(one, other));
     }
-    // Look up the middle of each step.
+    // Look up the middle of each step. A direction of length zero never leaves the box.
     FloatLanes sum = 0.0f;
-    for (IntLanes goes_on = t < t_end; any(goes_on); goes_on = t < t_end) {
+    int steps_left = box.n[0] + box.n[1] + box.n[2] + 2;
+    for (IntLanes goes_on = t < t_end; any(goes_on) && steps_left-- > 0; goes_on = t < t_end) {
       const FloatLanes length = select(goes_on, min(t_end - t, FloatLanes(step)), FloatLanes(0.0f));
       const FloatLanes middle = t + 0.5f * length;
       IntLanes cell[3];
@@ -114,8 +118,8 @@ class DensityGrid {
     FloatLanes* const parts[] = {&xx, &yy, &zz, &xy, &xz, &yz};
     for (int k = 0; k < 6; ++k) *parts[k] = load_lanes(found[k], kLanes);
     const FloatLanes all = xx + yy + zz;
-    const FloatLanes along = xx * w.x * w.x + yy * w.y * w.y + zz * w.z * w.z +
-                             2.0f * (xy * w.x * w.y + xz * w.x * w.z + yz * w.y * w.z);
+    const FloatLanes along =
+        xx * w.x * w.x + yy * w.y * w.y + zz * w.z * w.z + 2.0f * (xy * w.x * w.y + xz * w.x * w.z + yz * w.y * w.z);
     return sqrt(max(all * (all - along), FloatLanes(0.0f)));
   }
 
@@ -129,7 +133,7 @@ class DensityGrid {
     const FloatLanes zero = 0.0f, width = sqrt(dot(normal, normal));
     const auto left = [&](const FloatLanes& x, int k) { return max(1.0f - abs(x) * (1.0f / side[k]), zero); };
     const FloatLanes within = left(off.x, 0) * left(off.y, 1) * left(off.z, 2);
-    return select(sine > 1e-3f, radius / width * within * within, zero);
+    return select((sine > 1e-3f) & (width > zero), radius / width * within * within, zero);
   }
 
   VoxelBox box_, blocks_box_;

@@ -22,8 +22,7 @@ inline Vec3Lanes hair_light(const HairTable& hair, const Vec3Lanes& tangents, co
   const Vec3Lanes forward = hair.forward(in.sine), back = hair.backward(in.sine);
   const FloatLanes even = in.cosine * (1.0f / (kPi * kPi));
   const FloatLanes before = (1.0f + cos_phi) * even, behind = (1.0f - cos_phi) * even;
-  const Vec3Lanes once =
-      is_sharp ? hair.evaluate(out.sine, in.sine, acos(cos_phi)) : before * back + behind * forward;
+  const Vec3Lanes once = is_sharp ? hair.evaluate(out.sine, in.sine, acos(cos_phi)) : before * back + behind * forward;
   const FloatLanes reaches = exp(-light.far);
   const auto channel = [&](const FloatLanes& f, const FloatLanes& b, const FloatLanes& single) {
     const FloatLanes passed = exp(light.crossed * (f - 1.0f)) * reaches;

@@ -53,8 +53,8 @@ struct ThickLines {
   std::span<const std::array<float, 2>> radii;  // may be empty
   float radius;
 
-  /// Calls visit(point, weighted direction) for pieces of a line that are no longer than half a voxel. The square of the
-  /// weighted direction is 2·R·l·t·tᵀ.
+  /// Calls visit(point, weighted direction) for pieces of a line that are no longer than half a voxel. The square of
+  /// the weighted direction is 2·R·l·t·tᵀ.
   template <class Visit>
   void pieces(std::size_t line, const VoxelBox& box, Visit&& visit) const {
     const auto& [start, end] = axes[line];
@@ -83,8 +83,7 @@ inline void add_lines(const ThickLines& lines, const VoxelBox& box, std::span<Li
                       Progress& progress) {
   const int axis = int(std::max_element(box.n.begin(), box.n.end()) - box.n.begin());
   const int n_slabs = std::min(box.n[axis], 16);
-  const double unit = double(box.longest_side()) /
-                      (double(box.voxel[0]) * double(box.voxel[1]) * double(box.voxel[2]));
+  const double unit = double(box.longest_side()) / (double(box.voxel[0]) * double(box.voxel[1]) * double(box.voxel[2]));
   parallel_for(
       std::size_t(n_slabs), n_threads, progress, [] { return 0; },
       [&](int&, std::size_t slab) {

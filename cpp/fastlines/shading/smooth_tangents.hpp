@@ -33,9 +33,7 @@ struct StrandSegments {
     const auto length = float(std::sqrt(length2));
     return length > 0.0f ? v * (1.0f / length) : Vec3{};
   }
-  bool is_joined(std::size_t i) const {
-    return strands[i] == strands[i + 1] && segments[i][1] == segments[i + 1][0];
-  }
+  bool is_joined(std::size_t i) const { return strands[i] == strands[i + 1] && segments[i][1] == segments[i + 1][0]; }
   /// The direction of a neighbour; zero at a corner.
   Vec3 turned(std::size_t i, const Vec3& tangent) const {
     const Vec3 direction = unit(segments[i][1] - segments[i][0]);

@@ -5,6 +5,7 @@ from __future__ import annotations
 import colorsys
 import re
 from collections.abc import Mapping
+from functools import cache
 
 import numpy as np
 import numpy.typing as npt
@@ -114,9 +115,15 @@ def of_numbers(numbers: IntArray) -> FloatArray:
     >>> len(np.unique(of_numbers(np.arange(100)), axis=0))
     100
     """
-    hues = np.linspace(0, 1, 512, endpoint=False)
-    circle = linear([colorsys.hls_to_rgb(hue, 0.6, 0.72) for hue in hues])
+    hues, circle = _color_circle()
     place = (numbers * GOLDEN) % 1.0
     bright = 0.7 + 0.3 * ((numbers * GOLDEN**2) % 1.0)
     colors = np.stack([np.interp(place, hues, circle[:, axis], period=1.0) for axis in range(3)], axis=-1)
     return np.asarray(colors * bright[:, None], np.float32)
+
+
+@cache
+def _color_circle() -> tuple[npt.NDArray[np.float64], FloatArray]:
+    """Return some hues from 0 to 1, and their colours."""
+    hues = np.linspace(0, 1, 512, endpoint=False)
+    return hues, linear([colorsys.hls_to_rgb(hue, 0.6, 0.72) for hue in hues])

@@ -1,8 +1,8 @@
 """Hair: the far field of Chiang et al. (2016), with light that has passed through other hairs.
 
-Light that crosses n hairs on average is weakened to exp(−n (1 − a_f)), and by a_f's colour it is tinted. Here a_f is the
-fraction that a hair scatters forwards, and a_b the one that it scatters back. So the number of hairs is that of
-independent ones. It is found from the density of lines (`DensityGrid`). This is the dual scattering of Zinke et al.
+Light that crosses n hairs on average is weakened to exp(−n (1 − a_f)), and by a_f's colour it is tinted. Here a_f is
+the fraction that a hair scatters forwards, and a_b the one that it scatters back. That is the mean of a_fᵏ if the count k
+is that of independent hairs. The density of lines gives n (`DensityGrid`). This is the dual scattering of Zinke et al.
 (2008), with one number of hairs in the place of its two passes.
 
 The hairs around scatter back what a pile of plates does (Stokes 1862), less what one hair does, spread evenly:
@@ -61,10 +61,9 @@ class Hair:
 
     def shade(self, fragments: Fragments, context: ShadingContext, sampler: Sampler) -> FloatArray:
         """Return the light of each fragment towards the eye, (n, 3) float32 linear."""
-        rig = context.rig
-        lamps, sky = rig.rows(context.camera), rig.sky.row(context.up).tolist()
+        lamps = context.lamps
         numbers = sampler.index, sampler.seeds, sampler.dimension
-        to_lamps, to_sky, radiance, moved = engine.light_samples(lamps, sky, numbers)
+        to_lamps, to_sky, radiance, moved = engine.light_samples(lamps, context.sky, numbers)
         sampler.dimension += 2 * len(lamps) + 6
         light = self._scattered(fragments, context, moved, to_sky, np.float32(4 * np.pi) * radiance, is_sharp=False)
         for towards, lamp in zip(to_lamps.reshape(len(lamps), len(fragments), 3), lamps, strict=True):

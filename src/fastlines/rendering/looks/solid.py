@@ -63,15 +63,14 @@ class Solid:
 
     def shade(self, fragments: Fragments, context: ShadingContext, sampler: Sampler) -> FloatArray:
         """Return the light of each fragment towards the eye, (n, 3) float32 linear."""
-        rig, material = context.rig, self.material
+        material = self.material
         base = np.ascontiguousarray(self.color.of(fragments, context), np.float32)
         thin = fragments.normals is None
         axes = fragments.smooth_tangents if fragments.normals is None else fragments.normals
         constants = 1 - material.metallic, material.exponent, *material.shine
-        lamps, sky = rig.rows(context.camera), rig.sky.row(context.up).tolist()
         numbers = sampler.index, sampler.seeds, sampler.dimension
         lit, ambient, moved = engine.light_of_solids(
-            (axes, fragments.to_eye), base, thin, constants, lamps, sky, numbers
+            (axes, fragments.to_eye), base, thin, constants, context.lamps, context.sky, numbers
         )
         sampler.dimension += N_NUMBERS
         near = NEAR * context.size

@@ -73,13 +73,13 @@ class PathTracer:
     @computed_once
     def _scene(self) -> tuple[FloatArray, tuple[float, ...], Vector, float]:
         """What light meets, as compiled code takes it."""
-        lights = self.context.rig.rows(self.context.camera)
+        lights = self.context.lamps
         return lights, self.material.numbers, self.skin, LEAST * self.context.extent
 
     @computed_once
     def _sky(self) -> tuple[float, ...]:
         """The light of the sky, as compiled code takes it."""
-        return tuple(map(float, self.context.rig.sky.row(self.context.up)))
+        return self.context.sky
 
 
 def _leaving(

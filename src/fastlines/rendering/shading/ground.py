@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from ...arrays import FloatArray
+from ...engines import engine
 from ...support.vectors import dot
 from ..sampling.sampler import Sampler
-from .lighting import hemisphere
 from .shading_context import ShadingContext
 
 #: How much darker the ground is where the key light, and where the sky, is hidden.
@@ -31,10 +31,9 @@ class Ground:
     def darkness(
         self, origins: FloatArray, directions: FloatArray, opacity: FloatArray, sampler: Sampler
     ) -> FloatArray:
-        """Return how dark the ground is where rays with unit directions see it behind lines, (n,); 0 where they do not."""
+        """Return how dark the ground is where rays with unit directions see it, behind lines, (n,); else 0."""
         context = self.context
         dark = np.zeros(len(directions), np.float32)
-        numbers = sampler.next_2d(), sampler.next_2d()
         sinking = -(directions @ context.up)
         above = origins @ context.up - np.float32(self.height)
         rows = np.flatnonzero((sinking > 1e-3) & (above > 0) & (opacity < 1))
@@ -43,12 +42,13 @@ class Ground:
         fade = np.exp(-dot(away, away) / (FADE * max(context.size, context.radius, 1e-15)) ** 2)
         near = fade > 0.01
         rows, points, fade = rows[near], points[near], fade[near]
+        up = np.broadcast_to(context.up, points.shape).copy()
+        numbers = sampler.index, sampler.seeds[rows], sampler.dimension
+        chalk = np.ones_like(up), False, (1.0, 1.0, 0.0, 0.0)
+        (key, light), (sky, _), _ = engine.light_of_solids((up, up), *chalk, context.lamps[:1], context.sky, numbers)
         no_key = np.zeros(len(rows), np.bool_)
-        if context.rig.lights:
-            key = context.rig.lights[0].sample(context.camera, *(each[rows] for each in numbers[0]))
-            no_key = ~context.unoccluded(points, key)
-        up = np.broadcast_to(context.up, points.shape)
-        sky = hemisphere(up, *(each[rows] for each in numbers[1]))
+        lit = np.flatnonzero(light.any(axis=1))
+        no_key[lit] = ~context.unoccluded(points[lit], key[lit])
         no_sky = ~context.unoccluded(points, sky, NEAR * context.size)
         dark[rows] = fade * (KEY * no_key + SKY * no_sky) * (1 - opacity[rows])
         return dark

@@ -72,6 +72,16 @@ class ShadingContext:
         return np.asarray(up / np.sqrt((up**2).sum()), np.float32)
 
     @computed_once
+    def lamps(self) -> FloatArray:
+        """The distant lights as compiled shading takes them; see `Rig.rows`."""
+        return self.rig.rows(self.camera)
+
+    @computed_once
+    def sky(self) -> tuple[float, ...]:
+        """The sky as compiled shading takes it; see `Sky.row`."""
+        return tuple(map(float, self.rig.sky.row(self.up)))
+
+    @computed_once
     def depth_tone(self) -> Tone:
         """The brightness of depths."""
         view = View(self.tree, self.camera, PROBE, PROBE)
