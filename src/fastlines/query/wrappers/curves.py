@@ -49,20 +49,25 @@ class CurveBackend:
         return self.pieces.named(found)
 
     def _first_entry(self, rays: RayBatch, progress: ProgressCallback | None) -> HitColumns:
-        """Find the first crossing of each ray that it enters."""
+        """Find the first crossing of each ray that it enters.
+
+        A ray that starts inside a curve may enter other pieces of it first, which begin no crossing. So it lists more
+        and more of the pieces that it enters, until one of them begins the first crossing of its curve.
+        """
         found = self.pieces.backend.first_hit(rays, "entry", progress)
-        hit = np.flatnonzero(found[1] >= 0)
-        piece = found[1][hit]
-        first = self.pieces.crossings(rays.some(hit), (np.arange(len(hit) + 1), piece), False, "entry", 1)
-        is_first = np.diff(first[0]) == 1
-        is_first[is_first] = first[1][1] == piece[is_first]
-        _set_lists(found, hit, first)
-        # A ray that starts inside a curve may enter another of its pieces, which begins no crossing: look through all.
-        left = hit[~is_first]
-        if len(left):
-            some = rays.some(left)
-            offsets, (_, listed, *_) = self.pieces.backend.list_hits(some, "closest", None, False, None)
-            _set_lists(found, left, self.pieces.crossings(some, (offsets, listed), True, "entry", 1))
+        left = np.flatnonzero(found[1] >= 0)
+        k, offsets = 1, np.arange(len(left) + 1)
+        t, piece = found[0][left], found[1][left]
+        while len(left):
+            best = self.pieces.crossings(rays.some(left), (offsets, piece), False, "entry", 1)
+            _set_lists(found, left, best)
+            # A crossing that begins up to the last piece of a full list is the first one.
+            is_done = np.diff(offsets) < k
+            ends = offsets[1:][has := np.diff(best[0]) == 1] - 1
+            is_done[has] |= (best[1][0] < t[ends]) | ((best[1][0] == t[ends]) & (best[1][1] <= piece[ends]))
+            left, k = left[~is_done], 4 * k
+            if len(left):
+                offsets, (t, piece, *_) = self.pieces.backend.list_hits(rays.some(left), "entry", k, False, None)
         return self.pieces.named(found)
 
     def _ending(self, rays: RayBatch, t: FloatArray) -> RayBatch:
