@@ -21,8 +21,6 @@ from .pieces import Pieces
 
 #: A bound on what rounding may change in t, as a fraction of the length from the origin of a ray to its end.
 ROUNDING = 2.0**-16
-#: How many pieces that a ray enters are listed before all are.
-FEW = 10
 
 
 @dataclass(frozen=True)
@@ -51,34 +49,26 @@ class CurveBackend:
         return self.pieces.named(found)
 
     def _first_entry(self, rays: RayBatch, progress: ProgressCallback | None) -> HitColumns:
-        """Find the first crossing of each ray that it enters."""
+        """Find the first crossing of each ray that it enters.
+
+        A ray that starts inside a curve may enter other pieces of it first, which begin no crossing. So it lists more
+        and more of the pieces that it enters, until one of them begins the first crossing of its curve.
+        """
         found = self.pieces.backend.first_hit(rays, "entry", progress)
-        hit = np.flatnonzero(found[1] >= 0)
-        piece = found[1][hit]
-        first = self.pieces.crossings(rays.some(hit), (np.arange(len(hit) + 1), piece), False, "entry", 1)
-        is_first = np.diff(first[0]) == 1
-        is_first[is_first] = first[1][1] == piece[is_first]
-        _set_lists(found, hit, first)
-        # A ray that starts inside a curve may enter another of its pieces, which begins no crossing: look through the
-        # curves of a few, and if they do not suffice, through all.
-        left = hit[~is_first]
-        if len(left):
-            self._set_entries(found, left[self._set_near_entries(found, left, rays.some(left))], rays)
+        left = np.flatnonzero(found[1] >= 0)
+        k, offsets = 1, np.arange(len(left) + 1)
+        t, piece = found[0][left], found[1][left]
+        while len(left):
+            best = self.pieces.crossings(rays.some(left), (offsets, piece), False, "entry", 1)
+            _set_lists(found, left, best)
+            # A crossing that begins up to the last piece of a full list is the first one.
+            is_done = np.diff(offsets) < k
+            ends = offsets[1:][has := np.diff(best[0]) == 1] - 1
+            is_done[has] |= (best[1][0] < t[ends]) | ((best[1][0] == t[ends]) & (best[1][1] <= piece[ends]))
+            left, k = left[~is_done], 4 * k
+            if len(left):
+                offsets, (t, piece, *_) = self.pieces.backend.list_hits(rays.some(left), "entry", k, False, None)
         return self.pieces.named(found)
-
-    def _set_near_entries(self, found: HitColumns, rows: IntArray, rays: RayBatch) -> npt.NDArray[np.bool_]:
-        """Set the first crossing of the curves of the first pieces that rays enter; return where it may be another."""
-        offsets, columns = self.pieces.backend.list_hits(rays, "entry", FEW, False, None)
-        first = self.pieces.crossings(rays, (offsets, columns[1]), False, "entry", 1)
-        _set_lists(found, rows, first)
-        return np.asarray((np.diff(offsets) == FEW) & (found[0][rows] >= columns[0][offsets[1:] - 1]))
-
-    def _set_entries(self, found: HitColumns, rows: IntArray, rays: RayBatch) -> None:
-        """Set the first crossings by all pieces that rays hit."""
-        if len(rows):
-            some = rays.some(rows)
-            offsets, (_, listed, *_) = self.pieces.backend.list_hits(some, "closest", None, False, None)
-            _set_lists(found, rows, self.pieces.crossings(some, (offsets, listed), True, "entry", 1))
 
     def _ending(self, rays: RayBatch, t: FloatArray) -> RayBatch:
         """Return rays that end at t, or later by more than rounding can change."""
