@@ -25,7 +25,7 @@ from ...harness.internals import (
 )
 from ...peers.hair_scene import HairScene
 
-QUERIES = ("first_hit", "any_hit", "next_hits")
+QUERIES = ("first_hit", "any_hit")
 
 
 class TimedTree:
@@ -36,7 +36,8 @@ class TimedTree:
     seconds, rays : dict
         By the name of the query, of all threads together.
     recorded : dict
-        Of each query, the origins and directions of the rays, from where they start to count.
+        Of each query, the origins and directions of the rays, from where they start to count; but for the few rays that
+        start in another fibre.
     """
 
     def __init__(self, tree: Tree) -> None:
@@ -58,7 +59,7 @@ class TimedTree:
             with self._lock:
                 self.seconds[name] += perf_counter() - start
                 self.rays[name] += len(directions)
-            if self.records and "t_max" not in options:
+            if self.records and "t_max" not in options and options.get("at") != "entry":
                 kind = name if "t_min" in options else f"camera {name}"
                 moved = origins + np.reshape(options.get("t_min", 0.0), (-1, 1)) * directions
                 self.recorded[kind].append((np.asarray(moved, np.float32), directions))
