@@ -46,6 +46,12 @@ def test_opening():
     assert len(rows) == 2 + 2 * 6
 
 
+def test_frames():
+    rows = done("study", "frames", "--segments", 300, "--rays", 400).splitlines()
+    assert rows[0] == "| ns a hit | lines, camera | lines, random | curves, camera | curves, random |"
+    assert len(rows) == 2 + 7
+
+
 def test_retraced():
     text = done("study", "retraced", "--scene", "spaghetti", "--effort", "0", "--radius", "0.001")
     assert "capped" in text

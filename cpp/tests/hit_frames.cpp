@@ -57,13 +57,17 @@ void check_lines(Random& random, std::size_t n_hits) {
   const RayBatch rays{scene.origins, scene.directions, scene.radius, scene.t_min, scene.t_max};
   const std::span<const float> numbers{scene.rows[0].data(), 8 * scene.rows.size()};
   const HitPlaces places{scene.prim, scene.u, scene.t, scene.ray, true};
-  check(places.are_of(scene.rows.size(), n_hits) && !places.are_of(scene.rows.size(), n_hits - 1), "hits name what there is");
+  check(places.are_of(scene.rows.size(), n_hits) && !places.are_of(scene.rows.size(), n_hits - 1),
+        "hits name what there is");
   std::vector<std::array<double, 3>> points(n_hits), normals(n_hits), tangents(n_hits);
   std::vector<double> radius(n_hits);
   Progress progress;
-  store_frames(HitSource({numbers}, &rays), places,
-               FrameColumns<double>{points.data(), normals.data(), tangents.data(), nullptr, radius.data()}, 2,
-               progress);
+  FrameColumns<double> to;
+  to.points = points.data();
+  to.normals = normals.data();
+  to.tangents = tangents.data();
+  to.radius = radius.data();
+  store_frames(HitSource({numbers}, &rays), places, to, 2, progress);
 
   const auto vector = [](const float* v) { return Vector{v[0], v[1], v[2]}; };
   for (std::size_t i = 0; i < n_hits; ++i) {

@@ -175,8 +175,8 @@ def test_an_empty_array_can_be_looked_at_but_not_built():
         (("query", "s.flt", "--camera", "4x4", "-r", "1", "--t-min", "2", "--t-max", "1"), 1, "t_min"),
         (("query", "s.flt", "--camera", "4x4", "-r", "1", "-o", "a.txt"), 1, ".npz"),
         # What does not apply is not ignored.
-        (("query", "s.flt", "--camera", "4x4", "-r", "1", "-k", "any", "--at", "nonsense"), 1, "--at does not apply"),
-        (("query", "s.flt", "--camera", "4x4", "-r", "1", "-k", "count", "--at", "surface"), 1, "--kind count"),
+        (("query", "s.flt", "--camera", "4x4", "-r", "1", "-k", "any", "--rank", "t"), 1, "--rank does not apply"),
+        (("query", "s.flt", "--camera", "4x4", "-r", "1", "-k", "count", "--merge", "strand"), 1, "--kind count"),
         (
             ("query", "s.flt", "rays.npy", "-r", "1", "--direction", "1,2,3", "--fov", "77"),
             1,

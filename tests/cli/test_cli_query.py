@@ -64,6 +64,8 @@ def test_options_are_those_of_python(files):
         (("--t-min", 0.1, "--t-max", 0.9), {"t_min": 0.1, "t_max": 0.9}),
     ):
         assert same(answer(*common, "-k", "all", *given), TREE.all_hits(*files, 0.1, **of_python)), given
+    entered = answer("thick.npz", "rays.npy", "-r", 0.1, "-k", "all", "--at", "entry", "--t-min", 0.5)
+    assert same(entered, THICK_TREE.all_hits(*files, 0.1, at="entry", t_min=0.5))
     nearest = TREE.next_hits(*files, 0.1, k=2, rank="distance")
     assert same(answer(*common, "-k", "next", "--nearest", 2, "--rank", "distance"), nearest)
     merged = THICK_TREE.all_hits(*files, 0.1, at="surface", merge="strand")

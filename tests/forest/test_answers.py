@@ -73,11 +73,11 @@ def test_rays(forest: fl.Forest, scene: tuple[fl.Lines, fl.Tree]) -> None:
     lines, tree = scene
     for name, given in options(lines).items():
         asked = rays(lines) | given
-        ats = ("closest",) if "spread" in given else ("closest", "surface")
-        for query in ("any_hit", "count_hits"):
-            assert_same(getattr(forest, query)(**asked), getattr(tree, query)(**asked), name)
+        ats = ("closest",) if "spread" in given else ("closest", "surface", "entry")
         for at in ats:
             for query, more in (
+                ("any_hit", {}),
+                ("count_hits", {}),
                 ("first_hit", {}),
                 ("all_hits", {}),
                 ("next_hits", {"k": 1}),

@@ -29,6 +29,8 @@ QUERIES: list[tuple[str, dict[str, Any]]] = [
     ("all_hits", {"at": "surface", "merge": "strand"}),
     ("next_hits", {"k": 2, "at": "surface"}),
     ("next_hits", {"k": 2, "at": "surface", "rank": "distance"}),
+    *((query, {"at": "entry"}) for query in ("first_hit", "any_hit", "count_hits", "all_hits")),
+    ("next_hits", {"k": 2, "at": "entry"}),
 ]
 
 
@@ -88,7 +90,7 @@ def forest_and_tree(request: pytest.FixtureRequest, tmp_path: Path) -> tuple[For
 def check(forest: Forest, tree: fl.Tree, rays: dict[str, Any]) -> None:
     n_hits = 0
     for query, options in QUERIES:
-        if options.get("at") == "surface" and "spread" in rays:
+        if "at" in options and "spread" in rays:
             continue
         got, expected = (getattr(of, query)(**rays, **options) for of in (forest, tree))
         assert_same(got, expected, f"{query} {options}")

@@ -32,9 +32,8 @@ using Fields = std::array<N, P::kFields>;
 /// Two members are templates, which a concept cannot name:
 /// - `P::fields(floats, frame)` returns the `Fields` in the frame. `floats` is the item as an array of sizeof(Item) / 4
 ///   numbers, in the order of its members.
-/// - `P::test<N>(ray, fields)` returns the exact test, an object with `closest`, `entry()`, `exit()`, and
-/// `enters(entry)`:
-///   whether a ray that hits comes in from outside. The ray is a `RayView` of N.
+/// - `P::test<N>(ray, fields)` returns the exact test, an object with `closest`, `entry()` and `exit()`. Its
+///   `enters(entry)` says whether a ray that hits comes in from outside. The ray is a `RayView` of N.
 ///
 /// The radius of a query counts as the exact test counts it. A hit must lie within that radius of the primitive's box.
 template <class P>

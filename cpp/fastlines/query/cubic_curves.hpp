@@ -45,7 +45,7 @@ inline DoubleX8 cubic_at(const DoubleX8 (&b)[4], const DoubleX8& t) {
 
 /// The unit vectors along eight curves at t. Where a curve stands still, it is where it goes on, or came from at its
 /// end; NaN if it never moves.
-inline Vector3<DoubleX8> direction_at(const Vector3<DoubleX8> (&b)[4], const DoubleX8& t) {
+inline Vector3<DoubleX8> direction_at(const std::array<Vector3<DoubleX8>, 4>& b, const DoubleX8& t) {
   constexpr double no_derivative = 0x1p-40;  // smaller fractions of the control polygon's longest side count as zero
   const auto length = [](const Vector3<DoubleX8>& v) { return sqrt(dot(v, v)); };
   const Vector3<DoubleX8> edge[3] = {b[1] - b[0], b[2] - b[1], b[3] - b[2]};

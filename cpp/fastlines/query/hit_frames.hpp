@@ -22,6 +22,11 @@ struct Axes {
 
   std::size_t size() const { return curves ? curves->control.size() : rows.size() / columns; }
   const float* row(std::int64_t i) const { return rows.data() + columns * std::size_t(i); }
+  void prefetch(std::int64_t prim) const {
+    if (!curves) return __builtin_prefetch(row(prim));
+    __builtin_prefetch(&curves->first[std::size_t(prim)]);
+    __builtin_prefetch(&curves->control[std::size_t(prim)]);
+  }
 };
 
 /// Hits as columns: u and t of primitives, of which −1 is a miss, and the row of the ray of each hit.
@@ -90,10 +95,11 @@ class FramesX8 {
  public:
   /// Loads the hits from row `begin` on, of which there are eight.
   FramesX8(const HitSource& from, const HitPlaces& places, std::size_t begin)
-      : is_curved_(from.axes.curves != nullptr),
+      : curves_(from.axes.curves),
         misses_(is_negative(places.prim.data() + begin)),
         u_(DoubleX8::load(places.u.data() + begin)) {
-    load_axes(from.axes, places.prim.data() + begin);
+    for (int lane = 0; lane < kLanes; ++lane) prim_[lane] = std::max<std::int64_t>(places.prim[begin + lane], 0);
+    if (from.rays || !curves_) load_straight(from.axes);
     if (from.rays) load_rays(from, places, begin);
   }
 
@@ -106,11 +112,9 @@ class FramesX8 {
     return unit(blend(is_zero(away), -directions_, away));
   }
   Vector3<DoubleX8> tangents() const {
-    return blend(misses_, no_vector(), unit(is_curved_ ? curve_direction() : edge_));
+    return blend(misses_, no_vector(), unit(curves_ ? direction_of_curves() : edge_));
   }
-  DoubleX8 radius() const {
-    return blend(misses_, kNan, is_curved_ ? at_least(0.0, cubic_at(radii_, u_)) : mix(u_, radius0_, radius1_));
-  }
+  DoubleX8 radius() const { return blend(misses_, kNan, curves_ ? radius_of_curves() : mix(u_, radius0_, radius1_)); }
 
  private:
   static constexpr int kLanes = DoubleX8::kLanes;
@@ -119,12 +123,12 @@ class FramesX8 {
   static Vector3<DoubleX8> no_vector() { return {kNan, kNan, kNan}; }
   static Vector3<DoubleX8> vector_of(const DoubleX8 (&columns)[4]) { return {columns[0], columns[1], columns[2]}; }
 
-  void load_axes(const Axes& axes, const std::int64_t* prims) {
+  void load_straight(const Axes& axes) {
     const DoubleX8 zero = 0.0;
     std::int64_t straight[kLanes];
-    for (int lane = 0; lane < kLanes; ++lane) straight[lane] = std::max<std::int64_t>(prims[lane], 0);
+    std::copy_n(prim_, kLanes, straight);
     s_ = u_;
-    if (is_curved_) load_curves(*axes.curves, straight);
+    if (curves_) find_pieces(straight);
     // Rows of 8 are start, end and both radii; rows of 6 have no radii.
     const bool is_thick = axes.columns == 8;
     const float *first[kLanes], *last[kLanes];
@@ -141,28 +145,41 @@ class FramesX8 {
     radius1_ = is_thick ? b[3] : zero;
   }
 
-  /// Loads curves, and replaces their numbers by those of the pieces at u, and s by the places on these.
-  void load_curves(const CubicCurves& curves, std::int64_t (&numbers)[kLanes]) {
-    const float* rows[kLanes];
-    for (int k = 0; k < 3; ++k) {
-      for (int lane = 0; lane < kLanes; ++lane) rows[lane] = curves.control[numbers[lane]][0].data() + 4 * k;
-      DoubleX8 columns[4];
-      load_columns(rows, columns);
-      std::copy_n(columns, 4, control_ + 4 * k);
-    }
-    static constexpr CubicCurves::Radii none{};
-    for (int lane = 0; lane < kLanes; ++lane)
-      rows[lane] = curves.radii.empty() ? none.data() : curves.radii[numbers[lane]].data();
-    load_columns(rows, radii_);
+  /// Replaces u on the curves by s on their pieces.
+  void find_pieces(std::int64_t (&pieces)[kLanes]) {
     double u[kLanes], begin[kLanes], end[kLanes];
     u_.store(u);
     for (int lane = 0; lane < kLanes; ++lane) {
-      const std::size_t piece = curves.piece_of(numbers[lane], u[lane]);
-      numbers[lane] = std::int64_t(piece);
-      begin[lane] = curves.begin[piece];
-      end[lane] = curves.end[piece];
+      const std::size_t piece = curves_->piece_of(prim_[lane], u[lane]);
+      pieces[lane] = std::int64_t(piece);
+      begin[lane] = curves_->begin[piece];
+      end[lane] = curves_->end[piece];
     }
     s_ = (u_ - DoubleX8::load(begin)) / (DoubleX8::load(end) - DoubleX8::load(begin));
+  }
+
+  Vector3<DoubleX8> direction_of_curves() const {
+    DoubleX8 columns[3][4];
+    for (int k = 0; k < 3; ++k) {
+      const float* rows[kLanes];
+      for (int lane = 0; lane < kLanes; ++lane)
+        rows[lane] = curves_->control[std::size_t(prim_[lane])][0].data() + 4 * k;
+      load_columns(rows, columns[k]);
+    }
+    const auto number = [&](int k) { return columns[k / 4][k % 4]; };
+    const auto point = [&](int k) -> Vector3<DoubleX8> {
+      return {number(3 * k), number(3 * k + 1), number(3 * k + 2)};
+    };
+    return direction_at({point(0), point(1), point(2), point(3)}, u_);
+  }
+
+  DoubleX8 radius_of_curves() const {
+    if (curves_->radii.empty()) return 0.0;
+    const float* rows[kLanes];
+    for (int lane = 0; lane < kLanes; ++lane) rows[lane] = curves_->radii[std::size_t(prim_[lane])].data();
+    DoubleX8 radii[4];
+    load_columns(rows, radii);
+    return at_least(0.0, cubic_at(radii, u_));
   }
 
   void load_rays(const HitSource& from, const HitPlaces& places, std::size_t begin) {
@@ -199,17 +216,12 @@ class FramesX8 {
     s_ = blend(use, s, s_);
   }
 
-  Vector3<DoubleX8> curve_direction() const {
-    Vector3<DoubleX8> control[4];
-    for (int k = 0; k < 4; ++k) control[k] = {control_[3 * k], control_[3 * k + 1], control_[3 * k + 2]};
-    return direction_at(control, u_);
-  }
-
-  const bool is_curved_;
+  const CubicCurves* const curves_;
   const DoubleX8::Mask misses_;
   const DoubleX8 u_;
+  std::int64_t prim_[kLanes];
   Vector3<DoubleX8> start_, edge_, origins_, directions_, points_;
-  DoubleX8 radius0_, radius1_, s_, t_, ray_radius_, control_[12], radii_[4];
+  DoubleX8 radius0_, radius1_, s_, t_, ray_radius_;
 };
 
 /// Writes the frames of hits from row `begin` on, of which there are eight, to the first n rows of columns.
@@ -247,6 +259,15 @@ void store_frames_x8(const HitSource& from, const HitPlaces& places, std::size_t
   }
 }
 
+/// Writes the frames of eight misses.
+template <class Scalar>
+void store_misses_x8(const FrameColumns<Scalar>& to, std::size_t row) {
+  constexpr Scalar nan = std::numeric_limits<Scalar>::quiet_NaN();
+  for (auto* const vectors : {to.points, to.normals, to.tangents, to.to_eye})
+    if (vectors) std::fill_n(vectors[row].data(), 3 * DoubleX8::kLanes, nan);
+  if (to.radius) std::fill_n(to.radius + row, DoubleX8::kLanes, nan);
+}
+
 /// Writes the frames of all hits. Without rays, only tangents and radii.
 template <class Scalar>
 void store_frames(const HitSource& from, const HitPlaces& places, const FrameColumns<Scalar>& to, unsigned n_threads,
@@ -269,10 +290,13 @@ void store_frames(const HitSource& from, const HitPlaces& places, const FrameCol
       [&](int, std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; i += lanes) {
           if (i + lanes > places.size()) return store_last(i);
-          if (!from.axes.curves)
-            for (std::size_t k = i + ahead; k < std::min(i + ahead + lanes, places.size()); ++k)
-              __builtin_prefetch(from.axes.row(std::max<std::int64_t>(places.prim[k], 0)));
-          store_frames_x8(from, places, i, to, i, int(lanes));
+          for (std::size_t k = i + ahead; k < std::min(i + ahead + lanes, places.size()); ++k)
+            from.axes.prefetch(std::max<std::int64_t>(places.prim[k], 0));
+          const std::int64_t* const prims = places.prim.data() + i;
+          if (std::all_of(prims, prims + lanes, [](std::int64_t prim) { return prim < 0; }))
+            store_misses_x8(to, i);
+          else
+            store_frames_x8(from, places, i, to, i, int(lanes));
         }
       });
 }

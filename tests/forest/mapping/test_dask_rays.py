@@ -34,7 +34,7 @@ def given(n: int = 600, chunk: int = 170):
     return (origins, directions), (array.from_array(origins, chunks), array.from_array(directions, chunks))
 
 
-@pytest.mark.parametrize("options", [{}, {"at": "surface"}, {"spread": 0.02}, {"ignore": [1, 2, 3]}])
+@pytest.mark.parametrize("options", [{}, {"at": "surface"}, {"at": "entry"}, {"spread": 0.02}, {"ignore": [1, 2, 3]}])
 def test_first_hits(tree, forest, options):
     plain, lazy = given()
     found = forest.first_hit(*lazy, 0.03, **options)
@@ -54,6 +54,7 @@ def test_lists_of_hits(tree, forest):
     for query, options in (
         ("all_hits", {}),
         ("all_hits", {"at": "surface", "merge": "strand"}),
+        ("all_hits", {"at": "entry"}),
         ("next_hits", {"k": 2, "rank": "distance"}),
     ):
         found, expected = (getattr(of, query)(*some, 0.03, **options) for of, some in ((forest, lazy), (tree, plain)))

@@ -20,9 +20,9 @@ SMALL = ChunkTuning(least=100, measured_from=1000, n_measured=2)
 
 QUERIES = {
     "first_hit": ({}, {"at": "surface"}, {"ignore": np.arange(40)}, {"ignore_strands": [1, 2]}, {"spread": 0.05}),
-    "any_hit": ({}, {"t_min": 0.1, "t_max": 0.5}),
-    "count_hits": ({}, {"ignore": np.arange(40)}),
-    "all_hits": ({}, {"at": "surface"}, {"at": "surface", "merge": "strand"}),
+    "any_hit": ({}, {"t_min": 0.1, "t_max": 0.5}, {"at": "entry"}),
+    "count_hits": ({}, {"ignore": np.arange(40)}, {"at": "entry"}),
+    "all_hits": ({}, {"at": "surface"}, {"at": "entry"}, {"at": "surface", "merge": "strand"}),
     "next_hits": ({"k": 2}, {"k": 3, "rank": "distance"}, {"k": 2, "ignore_strands": np.arange(9)[:, None] % 7}),
 }
 

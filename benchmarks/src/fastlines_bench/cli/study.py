@@ -15,6 +15,7 @@ from ..harness.internals import Group
 from ..studies.banner import make_banner
 from ..studies.bounds import compare_with_bounds
 from ..studies.budgets import SPAGHETTI, print_budgets
+from ..studies.hit_frames import print_hit_frames
 from ..studies.lookahead import print_lookahead
 from ..studies.memory import print_memory
 from ..studies.opening import print_opening
@@ -28,7 +29,7 @@ study = typer.Typer(cls=Group, rich_markup_mode="rich")
 app.add_typer(
     study,
     name="study",
-    short_help="Studies of single questions: budgets, memory, options, bounds, retraced, lookahead, opening.",
+    short_help="Studies of single questions: budgets, memory, options, bounds, retraced, lookahead, opening, frames.",
 )
 
 
@@ -141,6 +142,16 @@ def lookahead(
     """Reproduce the table of the thesis's §4.3: the gain and the cost of lookahead."""
     check_files(json_file)
     write_json(json_file, {"seed": seed, "c_trav": c_trav, "rows": print_lookahead(seed, c_trav)})
+
+
+@study.command()
+def frames(
+    segments: Annotated[int, typer.Option("--segments", help="The number of segments.", min=1)] = 320_000,
+    rays: Annotated[int, typer.Option("--rays", help="The number of rays.", min=1)] = 1_000_000,
+    threads: Annotated[int, typer.Option("--threads", help="The number of threads.", min=1)] = 1,
+) -> None:
+    """Time points, normals, tangents and radii of hits on hair, beside the query that found the hits."""
+    print_hit_frames(segments, rays, threads)
 
 
 @study.command()

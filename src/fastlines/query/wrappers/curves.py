@@ -21,6 +21,8 @@ from .pieces import Pieces
 
 #: A bound on what rounding may change in t, as a fraction of the length from the origin of a ray to its end.
 ROUNDING = 2.0**-16
+#: How many pieces that a ray enters are listed before all are.
+FEW = 10
 
 
 @dataclass(frozen=True)
@@ -57,13 +59,26 @@ class CurveBackend:
         is_first = np.diff(first[0]) == 1
         is_first[is_first] = first[1][1] == piece[is_first]
         _set_lists(found, hit, first)
-        # A ray that starts inside a curve may enter another of its pieces, which begins no crossing: look through all.
+        # A ray that starts inside a curve may enter another of its pieces, which begins no crossing: look through the
+        # curves of a few, and if they do not suffice, through all.
         left = hit[~is_first]
         if len(left):
-            some = rays.some(left)
-            offsets, (_, listed, *_) = self.pieces.backend.list_hits(some, "closest", None, False, None)
-            _set_lists(found, left, self.pieces.crossings(some, (offsets, listed), True, "entry", 1))
+            self._set_entries(found, left[self._set_near_entries(found, left, rays.some(left))], rays)
         return self.pieces.named(found)
+
+    def _set_near_entries(self, found: HitColumns, rows: IntArray, rays: RayBatch) -> npt.NDArray[np.bool_]:
+        """Set the first crossing of the curves of the first pieces that rays enter; return where it may be another."""
+        offsets, columns = self.pieces.backend.list_hits(rays, "entry", FEW, False, None)
+        first = self.pieces.crossings(rays, (offsets, columns[1]), False, "entry", 1)
+        _set_lists(found, rows, first)
+        return np.asarray((np.diff(offsets) == FEW) & (found[0][rows] >= columns[0][offsets[1:] - 1]))
+
+    def _set_entries(self, found: HitColumns, rows: IntArray, rays: RayBatch) -> None:
+        """Set the first crossings by all pieces that rays hit."""
+        if len(rows):
+            some = rays.some(rows)
+            offsets, (_, listed, *_) = self.pieces.backend.list_hits(some, "closest", None, False, None)
+            _set_lists(found, rows, self.pieces.crossings(some, (offsets, listed), True, "entry", 1))
 
     def _ending(self, rays: RayBatch, t: FloatArray) -> RayBatch:
         """Return rays that end at t, or later by more than rounding can change."""
