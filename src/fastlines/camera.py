@@ -176,7 +176,7 @@ class Camera:
         right, up, forward = self.axes()
         across, upwards = (x * (2 / width) - 1) * tan_x, (1 - y * (2 / height)) * tan_y
         directions = forward + upwards[..., None] * up + across[..., None] * right
-        directions /= np.sqrt((directions**2).sum(axis=-1, keepdims=True))
+        directions /= np.sqrt(dot(directions, directions))[..., None]
         directions = np.asarray(directions, np.float32)
         return self._origins(directions), directions, self.spread(height)
 

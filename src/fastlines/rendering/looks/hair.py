@@ -1,9 +1,9 @@
 """Hair: the far field of Chiang et al. (2016), with light that has passed through other hairs.
 
 Light that crosses n hairs on average is weakened to exp(−n (1 − a_f)), and by a_f's colour it is tinted. Here a_f is
-the fraction that a hair scatters forwards, and a_b the one that it scatters back. That is the mean of a_fᵏ if the count k
-is that of independent hairs. The density of lines gives n (`DensityGrid`). This is the dual scattering of Zinke et al.
-(2008), with one number of hairs in the place of its two passes.
+the fraction that a hair scatters forwards, and a_b the one that it scatters back. That is the mean of a_fᵏ if the count
+k is that of independent hairs. The density of lines gives n (`DensityGrid`). This is the dual scattering of Zinke et
+al. (2008), with one number of hairs in the place of its two passes.
 
 The hairs around scatter back what a pile of plates does (Stokes 1862), less what one hair does, spread evenly:
 
