@@ -250,12 +250,12 @@ def device_query(
 
     def run() -> object:
         if query == "first_hit":
-            return device.download(backend.find_first(rays, False).t, np.float32, 1)
+            return device.download(backend.find_first(rays, "closest").t, np.float32, 1)
         if query == "any_hit":
-            return device.download(backend.find_any(rays), np.bool_, 1)
+            return device.download(backend.find_any(rays, "closest"), np.bool_, 1)
         if query == "count_hits":
-            return device.download(backend.count(rays), np.int64, 1)
-        lists = backend.list(rays, False, None, False)
+            return device.download(backend.count(rays, "closest"), np.int64, 1)
+        lists = backend.list(rays, "closest", None, False)
         return device.download(lists.columns.t, np.float32, min(1, lists.columns.n))
 
     return run
