@@ -77,8 +77,7 @@ class DensityGrid {
                           const Vec3Lanes& towards, float from, float to, float step) {
     // Clip the rays to the box.
     FloatLanes t = from, t_end = to;
-    const FloatLanes* const origin = &origins.x;
-    const FloatLanes* const direction = &towards.x;
+    const FloatLanes origin[] = {origins.x, origins.y, origins.z}, direction[] = {towards.x, towards.y, towards.z};
     FloatLanes place[3], pace[3];
     for (int k = 0; k < 3; ++k) {
       const float n = float(box.n[k]), tiny = 1e-20f;
