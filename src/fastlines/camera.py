@@ -307,7 +307,7 @@ class Camera:
         if not (0 < aspect < math.inf and 0 <= margin < 0.5):
             raise InputError(f"aspect={aspect!r}, margin={margin!r}; expected aspect > 0 and 0 <= margin < 0.5")
         points, radii = _to_frame(geometry)
-        radii = radii + number("radius", radius, "a finite number that is not negative", 0.0)
+        radii = radii + number("radius", radius, "a number from 0 to 1e38", 0.0, 1e38)
         offset = geometry.offset if isinstance(geometry, AnyGeometry) else 0.0
 
         # Work relative to the middle of the geometry: it may lie far from the coordinate origin.

@@ -26,8 +26,8 @@ SHARED = {
 #: The other keywords of each query.
 OWN = {
     "first_hit": {"at": "closest", "kernel": "auto"},
-    "any_hit": {"kernel": "auto"},
-    "count_hits": {"kernel": "auto"},
+    "any_hit": {"at": "closest", "kernel": "auto"},
+    "count_hits": {"at": "closest", "kernel": "auto"},
     "all_hits": {"at": "closest", "merge": None, "kernel": "auto"},
     "next_hits": {"rank": "t", "at": "closest", "kernel": "auto"},
     "brute_force": {"query": "all_hits", "at": "closest", "k": None, "rank": "t", "merge": None},

@@ -22,7 +22,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from ..arrays import box_of
+from ..arrays import box_of, number
 from ..camera import Camera, Vector
 from ..geometry.any_geometry import AnyGeometry
 from ..geometry.lines import AXES
@@ -164,7 +164,7 @@ def turntable_camera(
     points, radii = (values.astype(np.float64) for values in geometry.span())
     if len(points) == 0:
         return default_camera(geometry, direction=direction, up=up, fov_degrees=fov_degrees, aspect=aspect)
-    radii += radius
+    radii += number("radius", radius, "a number from 0 to 1e38", 0.0, 1e38)
     # Find the cylinder about the upward axis.
     axis = np.asarray(up, np.float64) / math.sqrt(sum(x * x for x in up))
     centre = (points.min(axis=0) + points.max(axis=0)) / 2
