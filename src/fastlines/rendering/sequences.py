@@ -133,7 +133,7 @@ def _with_steady_legend(pictures: Iterator[Picture]) -> Iterator[Picture]:
     """Put the legend of all pictures into the corner of the first."""
     corner = None
     for picture in pictures:
-        if picture.legend is not None:
+        if picture.shows_legend and picture.legend is not None:
             corner = corner or emptiest_corner(picture.alpha, picture.legend)
         yield replace(picture, corner=corner)
 
