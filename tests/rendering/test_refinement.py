@@ -138,6 +138,24 @@ def test_a_resumed_picture_says_how_long_the_rest_takes(tmp_path, monkeypatch):
     assert (other.picture().light == finished(made()).light).all()
 
 
+def test_a_picture_resumed_within_its_first_sample_says_how_long_after_the_second(tmp_path, monkeypatch):
+    monkeypatch.setattr(progressive, "MAX_RAYS", 150)  # bands of six rows
+    monkeypatch.setattr(refinement, "LONG", 0.0)
+
+    def stop(done):
+        raise KeyboardInterrupt
+
+    one, other, said = made(), made(), []
+    with pytest.raises(KeyboardInterrupt):
+        list(one.passes(stop))
+    one.save(tmp_path / "a.npz")
+    other.resume(tmp_path / "a.npz")
+    assert len(list(refined(other, None, lambda sentence: said.append((sentence, other.done))))) == 3
+    ((sentence, done),) = said
+    assert sentence.startswith("this picture takes about ")
+    assert done == 2
+
+
 def test_a_forecast_is_the_time_of_a_pass_by_what_is_left(monkeypatch):
     """The clock moves by a second for each band."""
     now = [0.0]

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 from ..errors import InputError
 from ..progress import reporting
-from ..rendering import Picture, check_frames_path, numbered, spaced_radii, tell_if_long, write_frames
+from ..rendering import Picture, check_frames_path, numbered, report_if_long, spaced_radii, write_frames
 from .files import check_output, note, show_progress
 
 
@@ -37,7 +37,7 @@ def write_sequence(
         def shown() -> Iterator[Picture]:
             for i, picture in enumerate(pictures):
                 if i == 0 < n_pictures - 1:
-                    tell_if_long(
+                    report_if_long(
                         f"these {n_pictures:,} pictures take", n_pictures * (time.perf_counter() - start), note
                     )
                 if callback is not None:

@@ -10,7 +10,7 @@ from .pictures.images import IMAGE_FORMATS, check_image_path, write_depth, write
 from .pictures.picture import Picture
 from .plan import PictureOptions, PicturePlan, plan_picture
 from .progressive import Progressive
-from .refinement import Pace, refined, tell_if_long
+from .refinement import Pace, refined, report_if_long
 from .renderer import Renderer, finish, render, renderer_of
 from .sequences import radius_sweep, spaced_radii, turntable
 from .shading.aovs import AOVS, find_aovs
@@ -47,8 +47,8 @@ __all__ = [
     "refined",
     "render",
     "renderer_of",
+    "report_if_long",
     "spaced_radii",
-    "tell_if_long",
     "turntable",
     "turntable_camera",
     "visited_nodes",

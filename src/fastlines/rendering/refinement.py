@@ -31,26 +31,26 @@ def refined(renderer: Progressive, progress: ProgressCallback | None, say: Calla
     say : callable
         Called with a sentence that says how long the samples take, if that is more than a minute.
     """
-    is_told = False
+    is_reported = False
     if renderer.done == 0 and renderer.width * renderer.height >= LARGE:
         renderer.draw_draft()
-        tell_if_long("this picture takes", renderer.seconds_left, say)
-        is_told = True
+        report_if_long("this picture takes", renderer.seconds_left, say)
+        is_reported = True
         yield
     for _ in renderer.passes(progress):
-        if not is_told:
-            tell_if_long("this picture takes", renderer.seconds_left, say)
-            is_told = True
+        if not is_reported and renderer.seconds_left is not None:
+            report_if_long("this picture takes", renderer.seconds_left, say)
+            is_reported = True
         yield
 
 
-def tell_if_long(what: str, seconds: float | None, say: Callable[[str], object]) -> None:
+def report_if_long(what: str, seconds: float | None, say: Callable[[str], object]) -> None:
     """Say how long something takes, if that is known, and more than a minute.
 
     Examples
     --------
-    >>> tell_if_long("this picture takes", 59.0, print)
-    >>> tell_if_long("this picture takes", 200.0, print)
+    >>> report_if_long("this picture takes", 59.0, print)
+    >>> report_if_long("this picture takes", 200.0, print)
     this picture takes about 3 minutes
     """
     if seconds is not None and seconds > LONG:
