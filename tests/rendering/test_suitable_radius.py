@@ -138,9 +138,22 @@ def test_a_track_is_a_map_in_pictures():
     flat = dataclasses.replace(flat, segments=flat.segments * np.float32([shortened, 1, 1]))
     made = run("render", "walk.gpx", "-o", "walk.png", "--width", 32)
     assert made.exit_code == 0
-    assert "pictures shorten degrees of longitude by 0.69, as at latitude 46.5°" in made.stderr
+    assert "pictures shorten degrees of longitude to 0.69 of their length, as at latitude 46.5°" in made.stderr
     assert "pictures leave z at 0, because x and y are in degrees, and z is in metres" in made.stderr
     assert f"radius {plan_picture(flat, PictureOptions(width=32)).radius:g}, which suits them" in made.stdout
+
+
+@pytest.mark.usefixtures("in_own_folder")
+@pytest.mark.filterwarnings("default")
+@pytest.mark.parametrize(("latitude", "is_noted"), [(5, False), (-9, True)])
+def test_a_map_near_the_equator_is_not_said_to_be_shortened(latitude, is_noted):
+    points = "".join(f'<trkpt lat="{latitude}" lon="{13.7 + i * 1e-3}"/>' for i in range(40))
+    with open("walk.gpx", "w") as file:
+        file.write(f'<gpx version="1.1" creator="x"><trk><trkseg>{points}</trkseg></trk></gpx>')
+    made = run("render", "walk.gpx", "-o", "walk.png", "--width", 8)
+    assert made.exit_code == 0
+    assert ("degrees of longitude to 0.99 of their length, as at latitude -9°" in made.stderr) == is_noted
+    assert ("longitude" in made.stderr) == is_noted
 
 
 @pytest.mark.usefixtures("in_own_folder")

@@ -38,6 +38,8 @@ TREE = ".flt"
 SCENE = "scene:"
 #: From this latitude on, degrees of longitude are not shortened in maps.
 POLAR = 85.0
+#: Where degrees of longitude are shortened to a larger fraction, no note says so.
+ALIKE = 0.99
 
 
 @dataclass(frozen=True)
@@ -232,7 +234,9 @@ def as_map(source: Source) -> Source:
     scales = [1.0, 1.0, 1.0]
     if abs(latitude) < POLAR:
         scales[0] = math.cos(math.radians(latitude))
-        note(f"{source.name}: pictures shorten degrees of longitude by {scales[0]:.2g}, as at latitude {latitude:.3g}°")
+    if scales[0] < ALIKE:
+        shortened = f"to {scales[0]:.2g} of their length, as at latitude {latitude:.3g}°"
+        note(f"{source.name}: pictures shorten degrees of longitude {shortened}")
     if height > max(sides):
         scales[2] = 0.0
         note(f"{source.name}: pictures leave z at 0, because x and y are in degrees, and z is in metres")
