@@ -66,20 +66,15 @@ class PathTracer:
             rows, vertices = next_vertices(self.context, _leaving(vertices, vertex, points, directions, start))
             away = np.ones(len(path), bool)
             away[rows] = False
-            engine.add_sky(light, path, weight, directions, away, self._sky)
+            engine.add_sky(light, path, weight, directions, away, self.context.sky)
             path, weight = path[rows], weight[rows]
         return light
 
     @computed_once
     def _scene(self) -> tuple[FloatArray, tuple[float, ...], Vector, float]:
-        """What light meets, as compiled code takes it."""
+        """The lights and the materials, as compiled code takes them."""
         lights = self.context.lamps
         return lights, self.material.numbers, self.skin, LEAST * self.context.extent
-
-    @computed_once
-    def _sky(self) -> tuple[float, ...]:
-        """The light of the sky, as compiled code takes it."""
-        return self.context.sky
 
 
 def _leaving(

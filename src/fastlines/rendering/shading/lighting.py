@@ -1,4 +1,8 @@
-"""Lights: a key, a fill and a rim light that stand around the camera, and a sky."""
+"""Lights: a key, a fill and a rim light that stand around the camera, and a sky.
+
+Compiled code samples lights (`cpp/fastlines/shading/lights.hpp`). `Light.sample`, `Sky.radiance`, `sphere` and
+`hemisphere` define what it computes, and tests compare the two.
+"""
 
 from __future__ import annotations
 
