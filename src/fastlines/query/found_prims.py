@@ -55,10 +55,10 @@ class FoundPrims(PrimNumbers):
         geometry = self._known()
         return self._filled(geometry.sample(name, self._places(on_rays=geometry.sample_needs_rays(name))))
 
-    def _at_places(self, on_rays: bool, ask: Callable[[AnyGeometry, HitPlaces], npt.NDArray[Any]]) -> Float64Array:
-        """Return vectors that the geometry tells of each place, NaN for misses."""
+    def _at_places(self, on_rays: bool, vectors: Callable[[AnyGeometry, HitPlaces], npt.NDArray[Any]]) -> Float64Array:
+        """Return a vector for each place, NaN for misses."""
         geometry = self._known()
-        return self._filled(ask(geometry, self._places(on_rays=on_rays, misses=geometry.takes_misses)))
+        return self._filled(vectors(geometry, self._places(on_rays=on_rays, misses=geometry.takes_misses)))
 
     def _places(self, *, on_rays: bool = True, misses: bool = False) -> HitPlaces:
         """Return each place; its ray, or a ray that begins there, is left out if it is not needed."""

@@ -30,15 +30,15 @@ class HitGeometry(FoundPrims):
     def points(self, *, outside: bool = False) -> Float64Array:
         """Return the point of each hit on its ray, (…, 3) float64.
 
-        With ``at="surface"`` it is where the ray enters the surface, computed in float64. The offset of the lines is
-        added, so that the point has the coordinates that rays and files have.
+        Unless the query was ``at="closest"``, it is where the ray enters the surface, computed in float64. The offset
+        of the lines is added, so that the point has the coordinates that rays and files have.
 
         Parameters
         ----------
         outside : bool
             Move the points outwards along the normals, so that rays that start there and leave the surface do not hit
-            it again; needs ``at="surface"``, and a ray that comes from outside. The distance is 2⁻²⁰ of the scene's
-            longest side, its largest coordinate and the radius together.
+            it again; needs ``at="surface"`` or ``at="entry"``, and a ray that comes from outside. The distance is 2⁻²⁰
+            of the scene's longest side, its largest coordinate and the radius together.
 
         Examples
         --------
@@ -66,7 +66,7 @@ class HitGeometry(FoundPrims):
         Raises
         ------
         InputError
-            If the query was not ``at="surface"``.
+            If the query was ``at="closest"``, of lines or curves.
 
         Examples
         --------
@@ -94,7 +94,7 @@ class HitGeometry(FoundPrims):
         Raises
         ------
         InputError
-            If the query was not ``at="surface"``.
+            If the query was ``at="closest"``, of lines or curves.
 
         Examples
         --------
@@ -113,7 +113,7 @@ class HitGeometry(FoundPrims):
         if self.t_out is None and self._known().has_axes:
             raise InputError(
                 "normals are those of a surface, and these hits are at the closest approach; query again with "
-                "at='surface'"
+                "at='surface' or at='entry'"
             )
 
     def _ray_of_rows(self) -> IntArray | None:
