@@ -1,4 +1,4 @@
-// Directions as a line sees them: along its axis and across it.
+// The parts of directions along the axis of a line and across it.
 #pragma once
 
 #include "lanes.hpp"

@@ -1,4 +1,4 @@
-// Fragments of lines that are thinner than a pixel: what the cone of each ray sees, from the front to the back.
+// Fragments of lines that are thinner than a pixel: those in the cone of each ray, from front to back.
 //
 // A line of radius r at the distance d from a ray covers K((d + r)/R) − K((d − r)/R) of a spot of radius R around the
 // ray. K is the integral of the kernel of Epanechnikov. A strand counts once where it comes near: a hit at the end of a

@@ -1,7 +1,7 @@
 // How many lines light crosses, on average, from the density of lines in voxels.
 //
-// A ray in a voxel of volume V crosses 2·R·l·|sin θ| / V lines per unit length, if these have the radius R and the
-// length l in the voxel, and the angle θ to the ray. Of all lines in a voxel, with unit directions t, the tensor
+// Let lines of radius R have the length l in a voxel of volume V, and the angle θ to a ray. There, the ray crosses
+// 2·R·l·|sin θ| / V of them per unit length. Of all lines in a voxel, with unit directions t, the tensor
 // T = Σ 2·R·l·t·tᵀ / V is kept. Then the number for a direction w is about
 //
 //     √(tr T · (tr T − wᵀ T w)).
@@ -21,7 +21,7 @@ class DensityGrid {
   static constexpr int kBlock = 4;
   /// Lines up to this distance are looked up in voxels, others in blocks; in sides of voxels.
   static constexpr float kNear = 8.0f;
-  /// Less the line itself, the number of lines is 0 on average where there are no others; it is not below this.
+  /// The least estimate. Where there are no other lines, some estimates are negative: only so is their mean 0.
   static constexpr float kLeast = -1.0f;
 
   DensityGrid(const VoxelBox& box, std::span<const LineTensor> voxels, std::span<const LineTensor> blocks)

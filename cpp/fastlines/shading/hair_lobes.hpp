@@ -7,7 +7,7 @@
 
 namespace fastlines {
 
-/// eˣ of x ≤ 0, and 0 below −30. So a product of three is a normal number; others would take 50 times as long.
+/// eˣ of x ≤ 0, and 0 below −30: a product of three is then no denormal number, with which arithmetic is slow.
 inline FloatLanes exp_or_none(const FloatLanes& x) { return select(x < -30.0f, FloatLanes(0.0f), exp(x)); }
 
 /// I0(x) for x up to 3.75, and √x exp(−x) I0(x) above: the polynomials of Abramowitz and Stegun, 9.8.1 and 9.8.2.

@@ -30,7 +30,8 @@ inline constexpr int kRegisterBytes = 16;
 template <class T>
 struct Lanes {
   typedef T Register __attribute__((vector_size(kRegisterBytes)));
-  /// A register in an array. Compilers copy more than a register by narrower moves, for which wide loads would wait.
+  /// A register in an array. Compilers copy more than a register by narrower moves, which are not
+  /// forwarded to wide loads: these then stall.
   typedef T Stored __attribute__((vector_size(kRegisterBytes), aligned(alignof(T)), may_alias));
   using Mask = Lanes<std::int32_t>;
   static constexpr int kRegisters = kLanes * int(sizeof(T)) / kRegisterBytes, kPerRegister = kLanes / kRegisters;

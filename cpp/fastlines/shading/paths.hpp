@@ -33,7 +33,7 @@ inline constexpr int kSureBounces = 3;
 /// Light below this fraction of the irradiance of the brightest light is offered by chance, and then counts more.
 inline constexpr float kFaint = 1.0f / 64.0f;
 
-/// What light meets: lights, fibres, and surfaces without an axis that reflect evenly, such as skin.
+/// The lights and the materials of a scene: of fibres, and of surfaces without an axis, which reflect evenly.
 struct PathScene {
   std::span<const DistantLight> lights;
   HairMaterial hair;

@@ -1,4 +1,4 @@
-"""What the rays of a picture see: fragments of lines, each with the fraction of a pixel that it covers.
+"""What the rays of a picture hit: fragments of lines, each with the fraction of a pixel that it covers.
 
 Lines thinner than about a pixel are found by cones: all lines that come within the radius R of a spot around the ray.
 Such a line covers the fraction K((d + r)/R) − K((d − r)/R) of the spot. Here r is its radius, d its distance from the
@@ -98,7 +98,7 @@ class Cones:
         self.k = int(np.clip(np.ceil(6 / max(opacity, 1e-3)), 8, MAX_FRAGMENTS))
 
     def find(self, origins: FloatArray, directions: FloatArray, offsets: FloatArray | float) -> Fragments:
-        """Return the fragments that rays with unit directions see; offsets in [0, 1) choose among faint ones."""
+        """Return the fragments in the cones of rays with unit directions; offsets in [0, 1) choose among faint ones."""
         geometry = self.tree.geometry
         hits = self.tree.next_hits(origins, directions, self.radius, self.k, spread=self.spread)
         own = hits.sample("radius").astype(np.float32) if geometry.radius_beyond > 0 else None
@@ -125,7 +125,7 @@ class Surfaces:
         self._lift = OUTSIDE * (size + radius + tree.geometry.max_radius)
 
     def find(self, origins: FloatArray, directions: FloatArray, offsets: FloatArray | float) -> Fragments:
-        """Return the fragments that rays with unit directions see: one for each ray that hits."""
+        """Return where rays with unit directions enter surfaces: one fragment for each ray that hits."""
         hits = self.tree.first_hit(origins, directions, self.radius, at="surface")
         ray = np.flatnonzero(hits.hit)
         frames = hits.frames(lift=self._lift)

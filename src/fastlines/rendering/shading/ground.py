@@ -31,7 +31,7 @@ class Ground:
     def darkness(
         self, origins: FloatArray, directions: FloatArray, opacity: FloatArray, sampler: Sampler
     ) -> FloatArray:
-        """Return how dark the ground is where rays with unit directions see it, behind lines, (n,); else 0."""
+        """Return how dark the ground is where rays with unit directions hit it, behind lines, (n,); else 0."""
         context = self.context
         dark = np.zeros(len(directions), np.float32)
         sinking = -(directions @ context.up)
