@@ -286,7 +286,8 @@ def test_nobody_reads_the_output():
 
 
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="needs a full disk")
-def test_the_disk_is_full():
+@pytest.mark.parametrize("unbuffered", ["", "1"])
+def test_the_disk_is_full(unbuffered):
     with open("/dev/full", "w") as full:
         process = subprocess.run(
             [sys.executable, "-c", "from fastlines.cli import main; main()", "scene"],
@@ -294,6 +295,7 @@ def test_the_disk_is_full():
             stderr=subprocess.PIPE,
             text=True,
             check=False,
+            env={**os.environ, "PYTHONUNBUFFERED": unbuffered},
         )
     assert (process.returncode, process.stderr) == (1, "error: No space left on device\n")
 

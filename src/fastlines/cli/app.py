@@ -109,6 +109,7 @@ class Group(TyperGroup):
             if os.environ.get(DEBUG):
                 raise
             code, sentence = explain(error.__cause__ or error if isinstance(error, EndedError) else error)
+            drop_output()
             if sentence:
                 typer.echo(sentence, err=True)
         if standalone:
@@ -181,16 +182,22 @@ def warn(message: Warning | str, *_: Any, **__: Any) -> None:
     typer.echo(f"warning: {' '.join(str(message).split())}", err=True)
 
 
+def drop_output() -> None:
+    """Drop output that cannot be written, or Python fails once more when it flushes it at exit."""
+    try:
+        sys.stdout.flush()
+    except (OSError, ValueError):
+        with contextlib.suppress(OSError, ValueError):
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
 def explain(error: BaseException) -> tuple[int, str]:
     """Turn an error into an exit code and one line."""
     code, text = 1, str(error)
     if isinstance(error, KeyboardInterrupt | typer.Abort):
         return 130, "stopped"
     if isinstance(error, BrokenPipeError):
-        # Nobody reads the output: print nothing, now or when Python flushes it at exit.
-        with contextlib.suppress(OSError, ValueError):
-            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return 141, ""
+        return 141, ""  # nobody reads the output
     if isinstance(error, MemoryError) and "fit into memory" not in text:
         text = "there is not enough memory for this; try fewer lines, rays, points or pixels, or a smaller radius"
     elif isinstance(error, OSError):
