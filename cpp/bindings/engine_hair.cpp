@@ -4,22 +4,13 @@
 #include "arrays.hpp"
 #include "engine.hpp"
 #include "fastlines/shading/hair_points.hpp"
-#include "fastlines/shading/hair_table.hpp"
-#include "gil.hpp"
+#include "shading.hpp"
 
 namespace nb = nanobind;
 using namespace nb::literals;
 
 namespace fastlines {
 namespace {
-
-/// Calls group(first, n) for each 16 of n_rows rows, or fewer at the end, without the GIL.
-template <class Group>
-void in_lanes(std::size_t n_rows, Group&& group) {
-  const WithoutGil without_gil;
-  for (std::size_t first = 0; first < n_rows; first += kLanes)
-    group(first, int(std::min<std::size_t>(kLanes, n_rows - first)));
-}
 
 /// Points of fibres as rows of arrays.
 struct HairRows {
@@ -71,11 +62,6 @@ std::tuple<Output<float>, Output<float>, Output<float>> hair_sample(const HairNu
     store_lanes(drawn.pdf, densities.data() + first, n);
   });
   return {towards, weights, densities};
-}
-
-/// `azimuths` is (rows, columns, HairTable::kValues), and `inclinations` is (rows, HairTable::kRest).
-HairTable table_of(const HairMaterial& material, const Input<float>& azimuths, const Input<float>& inclinations) {
-  return {material, azimuths.data(), inclinations.data(), int(azimuths.shape(0)), int(azimuths.shape(1))};
 }
 
 Output<float> averaged_hair(const HairNumbers& material, Input<float> azimuths, Input<float> inclinations,

@@ -11,7 +11,7 @@
 #include "fastlines/shading/smooth_tangents.hpp"
 #include "fastlines/shading/sobol.hpp"
 #include "fastlines/shading/solid_light.hpp"
-#include "gil.hpp"
+#include "shading.hpp"
 #include "watch.hpp"
 
 namespace nb = nanobind;
@@ -20,22 +20,8 @@ using namespace nb::literals;
 namespace fastlines {
 namespace {
 
-/// Calls group(first, n) for each 16 of n_rows rows, or fewer at the end, without the GIL.
-template <class Group>
-void in_groups(std::size_t n_rows, Group&& group) {
-  const WithoutGil without_gil;
-  for (std::size_t first = 0; first < n_rows; first += kLanes)
-    group(first, int(std::min<std::size_t>(kLanes, n_rows - first)));
-}
-
 Vec3Lanes vectors(const Input<float>& from, std::size_t first, int n) {
   return Vec3Lanes::load(from.data() + 3 * first, n);
-}
-
-SkyLight sky_of(const std::array<float, 12>& numbers) {
-  SkyLight sky;
-  std::memcpy(&sky, numbers.data(), sizeof sky);
-  return sky;
 }
 
 // --- Fragments ---
@@ -130,7 +116,7 @@ std::tuple<Output<float>, Output<float>> mean_crossings(BoxTuple box, Input<floa
   const std::size_t n_rows = points.shape(0);
   auto all = make_array<float>(n_rows), far_ones = make_array<float>(n_rows);
   const DensityGrid grid(voxel_box(box), tensors_of(voxels), tensors_of(blocks));
-  in_groups(n_rows, [&](std::size_t first, int n) {
+  in_lanes(n_rows, [&](std::size_t first, int n) {
     const auto found = grid.crossings(vectors(points, first, n), vectors(tangents, first, n),
                                       vectors(towards, first, n), radius, far, end, vectors(moved, first, n));
     store_lanes(found.all, all.data() + first, n);
@@ -143,7 +129,7 @@ std::tuple<Output<float>, Output<float>> mean_crossings(BoxTuple box, Input<floa
 Output<float> attenuated(Input<float> light, Input<float> crossed) {
   const std::size_t n_rows = crossed.size();
   auto found = make_array<float>(n_rows, 3);
-  in_groups(n_rows, [&](std::size_t first, int n) {
+  in_lanes(n_rows, [&](std::size_t first, int n) {
     (exp(-load_lanes(crossed.data() + first, n)) * vectors(light, first, n)).store(found.data() + 3 * first, n);
   });
   return found;
@@ -155,8 +141,7 @@ Output<float> attenuated(Input<float> light, Input<float> crossed) {
 using NumbersTuple = std::tuple<std::uint32_t, Input<std::uint32_t>, int>;
 
 /// One direction to each lamp, (n_lamps · n, 3); one of the sky, and its radiance there; and three more numbers.
-std::tuple<Output<float>, Output<float>, Output<float>, Output<float>> light_samples(Input<float> lamps,
-                                                                                     std::array<float, 12> sky,
+std::tuple<Output<float>, Output<float>, Output<float>, Output<float>> light_samples(Input<float> lamps, SkyNumbers sky,
                                                                                      NumbersTuple numbers) {
   const auto& [index, seeds, dimension] = numbers;
   const auto each_lamp = rows<DistantLight>(lamps);
@@ -164,7 +149,7 @@ std::tuple<Output<float>, Output<float>, Output<float>, Output<float>> light_sam
   const std::size_t n = seeds.size();
   auto to_lamps = make_array<float>(each_lamp.size() * n, 3), to_sky = make_array<float>(n, 3);
   auto radiance = make_array<float>(n, 3), more = make_array<float>(n, 3);
-  in_groups(n, [&, index = index, dimension = dimension](std::size_t first, int count) {
+  in_lanes(n, [&, index = index, dimension = dimension](std::size_t first, int count) {
     const WordLanes own = load_lanes(seeds.data() + first, count);
     int next = dimension;
     const auto pair = [&](auto&& use) {
@@ -199,13 +184,13 @@ Output<float> light_of_hair(HairArrays hair, DirectionArrays axes, ArrivingArray
   const auto& [tangents, to_eye] = axes;
   const auto& [towards, color, crossed, far] = light;
   const HairMaterial material(numbers);
-  const HairTable table(material, azimuths.data(), inclinations.data(), int(azimuths.shape(0)), int(azimuths.shape(1)));
+  const HairTable table = table_of(material, azimuths, inclinations);
   const std::size_t n_rows = crossed.size();
   auto found = make_array<float>(n_rows, 3);
   const bool is_one = color.size() == 3;
   const Vec3Lanes one_color = is_one ? Vec3Lanes{color.data()[0], color.data()[1], color.data()[2]} : Vec3Lanes{};
-  in_groups(n_rows, [&, &tangents = tangents, &to_eye = to_eye, &towards = towards, &color = color, &crossed = crossed,
-                     &far = far](std::size_t first, int n) {
+  in_lanes(n_rows, [&, &tangents = tangents, &to_eye = to_eye, &towards = towards, &color = color, &crossed = crossed,
+                    &far = far](std::size_t first, int n) {
     const ArrivingLight arriving{vectors(towards, first, n), is_one ? one_color : vectors(color, first, n),
                                  load_lanes(crossed.data() + first, n), load_lanes(far.data() + first, n)};
     hair_light(table, vectors(tangents, first, n), vectors(to_eye, first, n), arriving, is_sharp, density)
@@ -217,11 +202,11 @@ Output<float> light_of_hair(HairArrays hair, DirectionArrays axes, ArrivingArray
 /// Directions and what light brings from there if nothing hides it.
 using UnhiddenTuple = std::tuple<Output<float>, Output<float>>;
 
-/// The light of one lamp for each fragment, and that of one direction of the sky; and three more numbers. Axes are
-/// normals unless lines are thin.
+/// The light of one lamp for each fragment, and that of one direction of the sky; and three more numbers if lines are
+/// thin. Otherwise axes are normals.
 std::tuple<UnhiddenTuple, UnhiddenTuple, Output<float>> light_of_solids(DirectionArrays axes, Input<float> base,
                                                                         bool is_thin, std::array<float, 4> material,
-                                                                        Input<float> lamps, std::array<float, 12> sky,
+                                                                        Input<float> lamps, SkyNumbers sky,
                                                                         NumbersTuple numbers) {
   const auto& [along, to_eye] = axes;
   const auto& [index, seeds, dimension] = numbers;
@@ -231,13 +216,13 @@ std::tuple<UnhiddenTuple, UnhiddenTuple, Output<float>> light_of_solids(Directio
   const SolidMaterial solid{material[0], material[1], material[2], material[3]};
   const auto make = [&] { return UnhiddenTuple{make_array<float>(n_rows, 3), make_array<float>(n_rows, 3)}; };
   UnhiddenTuple of_lamps = make(), from_sky = make();
-  auto more = make_array<float>(n_rows, 3);
+  auto more = make_array<float>(is_thin ? n_rows : 0, 3);
   const auto store = [](const UnhiddenLight& found, UnhiddenTuple& to, std::size_t first, int n) {
     found.towards.store(std::get<0>(to).data() + 3 * first, n);
     found.light.store(std::get<1>(to).data() + 3 * first, n);
   };
-  in_groups(n_rows, [&, index = index, dimension = dimension, &along = along, &to_eye = to_eye, &seeds = seeds](
-                        std::size_t first, int n) {
+  in_lanes(n_rows, [&, index = index, dimension = dimension, &along = along, &to_eye = to_eye, &seeds = seeds](
+                       std::size_t first, int n) {
     const SolidPoints points{vectors(along, first, n), vectors(to_eye, first, n), vectors(base, first, n), is_thin};
     const WordLanes own = load_lanes(seeds.data() + first, n);
     const auto number = [&](int next) { return uniforms(index, own, dimension + next); };

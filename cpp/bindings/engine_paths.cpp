@@ -5,7 +5,7 @@
 #include "arrays.hpp"
 #include "engine.hpp"
 #include "fastlines/shading/paths.hpp"
-#include "gil.hpp"
+#include "shading.hpp"
 
 namespace nb = nanobind;
 using namespace nb::literals;
@@ -79,19 +79,16 @@ void add_offered(Changed<float> light, Input<std::int64_t> path, Input<std::int6
 
 /// Add the light of the sky to that of paths whose rays leave the scene.
 void add_sky(Changed<float> light, Input<std::int64_t> path, Input<float> weight, Input<float> directions,
-             Input<bool> away, std::array<float, 12> numbers) {
-  const WithoutGil released;
-  SkyLight sky;
-  std::memcpy(&sky, numbers.data(), sizeof sky);
-  for (std::size_t i = 0; i < path.size(); i += kLanes) {
-    const int count = int(std::min<std::size_t>(kLanes, path.size() - i));
+             Input<bool> away, SkyNumbers numbers) {
+  const SkyLight sky = sky_of(numbers);
+  in_lanes(path.size(), [&](std::size_t i, int count) {
     float brought[3 * kLanes];
     const Vec3Lanes each = Vec3Lanes::load(weight.data() + 3 * i, count);
     (each * sky.radiance(Vec3Lanes::load(directions.data() + 3 * i, count))).store(brought, count);
     for (int k = 0; k < count; ++k)
       if (away.data()[i + k])
         for (int c = 0; c < 3; ++c) light.data()[3 * path.data()[i + k] + c] += brought[3 * k + c];
-  }
+  });
 }
 
 }  // namespace

@@ -161,6 +161,18 @@ def test_frames_for_shading_are_the_same_in_float32(simd: str) -> None:
         tree.first_hit(origins, directions).frames()
 
 
+@pytest.mark.parametrize("n_rays", [1, 3, 8, 13])
+def test_misses_of_no_axis_at_all(n_rays: int) -> None:
+    """There is no memory to read, as of an axis."""
+    no_curves = fl.Curves(np.empty((0, 4, 3), np.float32), radius=np.empty((0, 4), np.float32))
+    for geometry in (no_curves, fl.Lines.from_segments(np.empty((0, 2, 3)), radius=np.empty(0))):
+        hits = fl.build(geometry).first_hit(np.zeros((n_rays, 3)), [0, 0, 1], at="surface")
+        for found in (hits.points(), hits.normals(), hits.tangents()):
+            assert found.shape == (n_rays, 3)
+            assert np.isnan(found).all()
+        assert np.isnan(hits.sample("radius")).all()
+
+
 def test_hits_of_no_primitive_are_refused() -> None:
     hits = fl.build([[[-1, 0, 0], [1, 0, 0]]]).first_hit([0, 0, -5], [0, 0, 1], 0.5, at="surface")
     hits.prim[...] = 1

@@ -7,9 +7,10 @@ import math
 import numpy as np
 import pytest
 
-from fastlines.rendering.hair import AveragedHair, HairMaterial, evaluate, pdf, sample
+from fastlines.rendering.hair import AveragedHair, HairMaterial, evaluate, evaluate_angles, frame, pdf, sample
 from fastlines.rendering.hair.longitudinal import longitudinal
 from fastlines.rendering.hair.table import azimuth_table
+from fastlines.threads import num_threads
 
 MATERIALS = {
     "brown": HairMaterial(),
@@ -125,6 +126,33 @@ def test_any_number_of_rows_and_layout_of_arrays():
     assert evaluate(material, *(each[::3] for each in rays)).tolist() == value[::3].tolist()
     assert evaluate(material, *(np.asfortranarray(each) for each in rays)).tolist() == value.tolist()
     assert np.isnan(evaluate(material, wo, wo * np.float32(math.nan), tangent, h)).all()
+
+
+@pytest.mark.parametrize("kind", [np.float32, np.float64])
+def test_batches_of_rows_have_the_same_values(kind, monkeypatch):
+    material, (wo, tangent, h) = HairMaterial(scale_tilt=3), fibres(250)
+    wi, averaged = half_drawn(material, wo, tangent, h, 1), AveragedHair(material)
+    wo, wi, tangent, h = (each.astype(kind) for each in (wo, wi, tangent, h))
+    u4 = np.random.default_rng(4).random((250, 2, 4)).astype(kind)
+    sin_o, sin_i = wo[..., 0], wi[..., 0]
+
+    def all_values():
+        yield evaluate(material, wo, wi, tangent, h)
+        yield pdf(material, wo, wi, tangent, h)
+        yield from sample(material, wo, tangent, h, u4)
+        yield evaluate_angles(material, sin_o, sin_i, u4[..., 0], h)
+        yield averaged.evaluate(sin_o, sin_i, u4[..., 0])
+        yield from averaged.attenuations(sin_i)
+
+    whole = list(all_values())
+    for rows, n_threads in ((37, 1), (160, 3), (499, 2)):
+        monkeypatch.setattr(frame, "ROWS", rows)
+        with num_threads(n_threads):
+            found = list(all_values())
+        for each, expected in zip(found, whole, strict=True):
+            assert each.dtype == expected.dtype
+            assert each.shape == expected.shape
+            assert each.tobytes() == expected.tobytes()
 
 
 # --- The far field ---

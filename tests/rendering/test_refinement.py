@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+import threading
 import types
 
 import numpy as np
@@ -22,6 +23,8 @@ from fastlines.rendering import (
     renderer_of,
 )
 from fastlines.rendering.draft import SIDE, Draft, Grid
+from fastlines.rendering.shading.density_grid import DensityGrid
+from fastlines.threads import num_threads
 
 LINES = fl.scenes.make("spaghetti", 80).lines
 TREE = fl.build(LINES)
@@ -47,7 +50,7 @@ def finished(one):
 @pytest.mark.parametrize(("width", "height"), [(1, 1), (3, 70), (70, 3), (64, 64), (131, 37)])
 def test_a_draft_has_a_pixel_of_each_square(width, height):
     grid = Grid(width, height)
-    groups = grid.groups(3)
+    groups = grid.groups(3, 1 << 16)
     parts = [grid.pixels(rows) for rows in groups]
     pixels = np.concatenate(parts)
     squares = set(zip((pixels // width // SIDE).tolist(), (pixels % width // SIDE).tolist(), strict=True))
@@ -59,6 +62,15 @@ def test_a_draft_has_a_pixel_of_each_square(width, height):
     assert (rows // SIDE == np.arange(height)[:, None] // SIDE).all()
     assert (columns // SIDE == np.arange(width) // SIDE).all()
     assert not draft.rows("none", np.arange(height)).any()
+
+
+@pytest.mark.parametrize(("n_groups", "max_squares"), [(1, 100), (3, 20), (50, 64), (2, 5)])
+def test_no_group_of_a_draft_is_too_large(n_groups, max_squares):
+    grid = Grid(40, 1600)  # 400 rows of 10 squares
+    groups = grid.groups(n_groups, max_squares)
+    assert max(len(grid.pixels(rows)) for rows in groups) <= max(10, max_squares)
+    assert len(groups) > n_groups
+    assert sorted(np.concatenate(groups).tolist()) == list(range(400))
 
 
 @pytest.mark.parametrize("look", ["tube", "hair", "fibre", "id", "hits"])
@@ -101,6 +113,24 @@ def test_rows_with_samples_replace_those_of_the_draft(monkeypatch):
     found, whole = one.picture(), finished(made(samples=1))
     assert (found.light[:6] == whole.light[:6]).all()
     assert (found.light[6:] == draft.light[6:]).all()
+
+
+def test_what_bands_share_is_made_before_they_have_threads(monkeypatch):
+    """The lines are at the bottom of the picture, so that the first bands hit nothing."""
+    found, grid_of = [], DensityGrid.of
+
+    def of(*args):
+        found.append(threading.current_thread())
+        return grid_of(*args)
+
+    monkeypatch.setattr(DensityGrid, "of", of)
+    monkeypatch.setattr(progressive, "MAX_RAYS", 100)  # five bands
+    camera = fl.Camera(origin=(0.5, 1.6, 4), target=(0.5, 1.6, 0), fov_degrees=60)
+    with num_threads(4):
+        picture = finished(made("hair", samples=1, camera=camera))
+    assert found == [threading.main_thread()]
+    assert not picture.alpha[:8].any()
+    assert picture.alpha.any()
 
 
 # --- Refinement ---

@@ -84,10 +84,7 @@ struct HitSource {
       : axes(given),
         rays(rays_of_hits),
         origins(rays ? rays->origins : std::span<const Vec3>{}),
-        directions(rays ? rays->directions : std::span<const Vec3>{}) {
-    static constexpr float none[8] = {};
-    if (axes.rows.empty()) axes.rows = none;
-  }
+        directions(rays ? rays->directions : std::span<const Vec3>{}) {}
 };
 
 /// Eight hits, with NaN in the lanes of misses.
@@ -224,10 +221,23 @@ class FramesX8 {
   DoubleX8 radius0_, radius1_, s_, t_, ray_radius_;
 };
 
-/// Writes the frames of hits from row `begin` on, of which there are eight, to the first n rows of columns.
+/// Writes the frames of n misses.
+template <class Scalar>
+void store_misses(const FrameColumns<Scalar>& to, std::size_t row, int n) {
+  constexpr Scalar nan = std::numeric_limits<Scalar>::quiet_NaN();
+  for (auto* const vectors : {to.points, to.normals, to.tangents, to.to_eye})
+    if (vectors) std::fill_n(vectors[row].data(), 3 * n, nan);
+  if (to.radius) std::fill_n(to.radius + row, n, nan);
+}
+
+/// Writes the frames of hits from row `begin` on, of which there are eight, to n rows of columns from `row` on.
 template <class Scalar>
 void store_frames_x8(const HitSource& from, const HitPlaces& places, std::size_t begin, const FrameColumns<Scalar>& to,
                      std::size_t row, int n) {
+  const std::int64_t* const prims = places.prim.data() + begin;
+  // There may be no axis to read.
+  if (std::all_of(prims, prims + DoubleX8::kLanes, [](std::int64_t prim) { return prim < 0; }))
+    return store_misses(to, row, n);
   const FramesX8 frames(from, places, begin);
   const auto store = [&](const Vector3<DoubleX8>& vectors, typename FrameColumns<Scalar>::Vector* rows) {
     double columns[3][DoubleX8::kLanes];
@@ -259,15 +269,6 @@ void store_frames_x8(const HitSource& from, const HitPlaces& places, std::size_t
   }
 }
 
-/// Writes the frames of eight misses.
-template <class Scalar>
-void store_misses_x8(const FrameColumns<Scalar>& to, std::size_t row) {
-  constexpr Scalar nan = std::numeric_limits<Scalar>::quiet_NaN();
-  for (auto* const vectors : {to.points, to.normals, to.tangents, to.to_eye})
-    if (vectors) std::fill_n(vectors[row].data(), 3 * DoubleX8::kLanes, nan);
-  if (to.radius) std::fill_n(to.radius + row, DoubleX8::kLanes, nan);
-}
-
 /// Writes the frames of all hits. Without rays, only tangents and radii.
 template <class Scalar>
 void store_frames(const HitSource& from, const HitPlaces& places, const FrameColumns<Scalar>& to, unsigned n_threads,
@@ -292,11 +293,7 @@ void store_frames(const HitSource& from, const HitPlaces& places, const FrameCol
           if (i + lanes > places.size()) return store_last(i);
           for (std::size_t k = i + ahead; k < std::min(i + ahead + lanes, places.size()); ++k)
             from.axes.prefetch(std::max<std::int64_t>(places.prim[k], 0));
-          const std::int64_t* const prims = places.prim.data() + i;
-          if (std::all_of(prims, prims + lanes, [](std::int64_t prim) { return prim < 0; }))
-            store_misses_x8(to, i);
-          else
-            store_frames_x8(from, places, i, to, i, int(lanes));
+          store_frames_x8(from, places, i, to, i, int(lanes));
         }
       });
 }

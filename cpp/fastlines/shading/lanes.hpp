@@ -9,6 +9,8 @@
 #include <cstdint>
 #include <utility>
 
+#include "../simd/register_bytes.hpp"
+
 #if defined(__SSE2__)
 #include <immintrin.h>
 #endif
@@ -16,15 +18,6 @@
 namespace fastlines {
 
 inline constexpr int kLanes = 16;
-
-/// The bytes of a register of the instruction set.
-#if defined(__AVX512F__)
-inline constexpr int kRegisterBytes = 64;
-#elif defined(__AVX2__)
-inline constexpr int kRegisterBytes = 32;
-#else
-inline constexpr int kRegisterBytes = 16;
-#endif
 
 /// 16 numbers of four bytes, in as few registers as hold them.
 template <class T>
@@ -146,11 +139,11 @@ inline FloatLanes round(const FloatLanes& x) {
 }
 inline FloatLanes sqrt(const FloatLanes& x) {
   return FloatLanes::of([&](int k) {
-#if defined(__AVX512F__)
+#if defined(__AVX512F__) && !defined(FASTLINES_PORTABLE)
     return FloatLanes::Register(_mm512_sqrt_ps(x.part[k]));
-#elif defined(__AVX2__)
+#elif defined(__AVX2__) && !defined(FASTLINES_PORTABLE)
     return FloatLanes::Register(_mm256_sqrt_ps(x.part[k]));
-#elif defined(__SSE2__)
+#elif defined(__SSE2__) && !defined(FASTLINES_PORTABLE)
     return FloatLanes::Register(_mm_sqrt_ps(x.part[k]));
 #else
     FloatLanes::Register roots;
@@ -164,11 +157,11 @@ inline FloatLanes sqrt(const FloatLanes& x) {
 inline bool any(const IntLanes& mask) {
   IntLanes::Register found = mask.part[0];
   for (int k = 1; k < IntLanes::kRegisters; ++k) found |= mask.part[k];
-#if defined(__AVX512F__)
+#if defined(__AVX512F__) && !defined(FASTLINES_PORTABLE)
   return _mm512_movepi32_mask((__m512i)found) != 0;
-#elif defined(__AVX2__)
+#elif defined(__AVX2__) && !defined(FASTLINES_PORTABLE)
   return _mm256_movemask_ps((__m256)found) != 0;
-#elif defined(__SSE2__)
+#elif defined(__SSE2__) && !defined(FASTLINES_PORTABLE)
   return _mm_movemask_ps((__m128)found) != 0;
 #else
   std::int32_t lanes = 0;

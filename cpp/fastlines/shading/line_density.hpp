@@ -85,10 +85,11 @@ inline void add_lines(const ThickLines& lines, const VoxelBox& box, std::span<Li
   const int n_slabs = std::min(box.n[axis], 16);
   const double unit = double(box.longest_side()) / (double(box.voxel[0]) * double(box.voxel[1]) * double(box.voxel[2]));
   parallel_for(
-      std::size_t(n_slabs), n_threads, progress, [] { return 0; },
-      [&](int&, std::size_t slab) {
+      std::size_t(n_slabs), n_threads, progress, [&] { return Checkpoint(progress); },
+      [&](Checkpoint& checkpoint, std::size_t slab) {
         const int low = int(slab) * box.n[axis] / n_slabs, high = (int(slab) + 1) * box.n[axis] / n_slabs;
         for (std::size_t line = 0; line < lines.axes.size(); ++line) {
+          checkpoint.pass();
           const auto& [start, end] = lines.axes[line];
           if (box.cell(std::max(start[axis], end[axis]), axis) < low ||
               box.cell(std::min(start[axis], end[axis]), axis) >= high)

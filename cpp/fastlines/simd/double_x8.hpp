@@ -8,20 +8,12 @@
 
 #include "double_x1.hpp"
 #include "float_x4.hpp"
+#include "register_bytes.hpp"
 
 namespace fastlines {
 
 struct DoubleX8 {
-#if defined(FASTLINES_PORTABLE)
-  static constexpr int kBytes = 16;
-#elif defined(__AVX512F__)
-  static constexpr int kBytes = 64;
-#elif defined(__AVX2__)
-  static constexpr int kBytes = 32;
-#else
-  static constexpr int kBytes = 16;
-#endif
-  static constexpr int kLanes = 8, kRegisters = 64 / kBytes;
+  static constexpr int kBytes = kRegisterBytes, kLanes = 8, kRegisters = 64 / kBytes;
   typedef double Register __attribute__((vector_size(kBytes)));
   typedef std::int64_t MaskRegister __attribute__((vector_size(kBytes)));
 

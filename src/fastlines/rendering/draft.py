@@ -30,17 +30,21 @@ class Grid:
         """The number of rows and of columns of squares."""
         return -(-self.height // SIDE), -(-self.width // SIDE)
 
-    def groups(self, n_groups: int) -> list[IntArray]:
-        """Divide the rows of squares into a small group and up to so many equal ones, each from the whole picture.
+    def groups(self, n_groups: int, max_squares: int) -> list[IntArray]:
+        """Divide the rows of squares into a small group and about so many equal ones, each from the whole picture.
+
+        A group has `max_squares` at most, but always a row.
 
         Examples
         --------
-        >>> [rows.tolist() for rows in Grid(4, 32).groups(2)]
+        >>> [rows.tolist() for rows in Grid(4, 32).groups(2, max_squares=100)]
         [[0], [1, 3, 5, 7], [2, 4, 6]]
         """
-        rows = np.arange(self.shape[0])
-        rest = rows[rows % FIRST > 0]
-        return [rows[::FIRST], *(rest[i::n_groups] for i in range(min(n_groups, len(rest))))]
+        n_rows, n_columns = self.shape
+        least = -(-n_rows // max(1, max_squares // n_columns))
+        rows, step, n_groups = np.arange(n_rows), max(FIRST, least), max(n_groups, least)
+        rest = rows[rows % step > 0]
+        return [rows[::step], *(rest[i::n_groups] for i in range(min(n_groups, len(rest))))]
 
     def pixels(self, rows: IntArray) -> IntArray:
         """Return the numbers of the pixels of some rows of squares.

@@ -57,11 +57,11 @@ class Progressive(ABC):
     def draw_draft(self) -> None:
         """Sample some pixels, which stand for rows without a sample. The samples of `passes` do not depend on it."""
         grid = Grid(self.width, self.height)
-        groups = grid.groups(max(get_num_threads(), -(-grid.shape[0] * grid.shape[1] // MAX_RAYS)))
+        groups = grid.groups(get_num_threads(), MAX_RAYS)
         pixels = [grid.pixels(rows) for rows in groups]
         found: list[Mapping[str, AnyArray]] = []
         start, n_timed = time.perf_counter(), sum(map(len, pixels))
-        for more in self._mapped(partial(self._sample, 0), pixels, n_alone=1):
+        for more in self._mapped(partial(self._sample, 0), pixels, is_first=True):
             found.append(more)
             if len(found) == 1 < len(groups):  # it has made what all others share
                 start, n_timed = time.perf_counter(), n_timed - len(pixels[0])
@@ -71,29 +71,34 @@ class Progressive(ABC):
     def passes(self, progress: Callable[[float], object] | None = None) -> Iterator[int]:
         """Add one sample to each pixel at a time, and yield how many there are."""
         self._store()
-        n_alone = 1 if self._draft is None else 0  # the first band, or a draft, makes all that others share
+        is_first = self._draft is None
         max_rays = min(MAX_RAYS, max(MIN_RAYS, self.width * self.height // MAX_BANDS))
         for index in range(int(self._counts.min()), self.samples):
             start, is_whole = time.perf_counter(), bool((self._counts == index).all())
             left = [rows for rows in bands(self.width, self.height, max_rays) if self._counts[rows.start] <= index]
-            for rows, more in zip(left, self._mapped(partial(self._sample_rows, index), left, n_alone), strict=True):
+            for rows, more in zip(left, self._mapped(partial(self._sample_rows, index), left, is_first), strict=True):
                 own = slice(rows.start * self.width, rows.stop * self.width)
                 self._stored = own, rows, {name: self._sums[name][own] + more[name] for name in more}, index + 1
                 self._store()
                 if progress is not None:
                     progress((index + rows.stop / self.height) / self.samples)
-            n_alone = 0
+            is_first = False
             if is_whole:
                 self._seconds_a_pass = time.perf_counter() - start
             yield index + 1
 
     def _mapped(
-        self, sample: Callable[[_Item], Mapping[str, AnyArray]], parts: list[_Item], n_alone: int
+        self, sample: Callable[[_Item], Mapping[str, AnyArray]], parts: list[_Item], is_first: bool
     ) -> Iterator[Mapping[str, AnyArray]]:
-        """Sample some parts of the picture: the first ones alone, and then several at a time."""
-        if not self._may_use_threads:
-            n_alone = len(parts)
-        yield from map(sample, parts[:n_alone])
+        """Sample some parts of the picture, several at a time.
+
+        At first, each part is alone until one is not empty: it has made all that others share.
+        """
+        n_alone = 0
+        while n_alone < len(parts) and (is_first or not self._may_use_threads):
+            found = sample(parts[n_alone])
+            is_first, n_alone = is_first and not any(map(np.any, found.values())), n_alone + 1
+            yield found
         yield from map_in_threads(sample, parts[n_alone:], MAX_BANDS)
 
     @property

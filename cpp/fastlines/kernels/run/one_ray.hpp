@@ -27,21 +27,13 @@ class OneRay {
   }
 
   bool any_hit(At at) const {
-    if (at == At::entry) return first_hit(at).prim >= 0;
-    AnyHitOfRay any(ray_);
-    traverse(tree_, ray_, any);
-    return any.found;
+    if (at == At::entry) return traversed(AnyHitOfRay<FixedAt<At::entry>>(ray_)).found;
+    return traversed(AnyHitOfRay(ray_)).found;
   }
 
   std::size_t count_hits(At at) const {
-    if (at == At::entry) {
-      std::vector<Hit> entries;
-      all_hits(at, entries);
-      return entries.size();
-    }
-    HitCountOfRay count(ray_);
-    traverse(tree_, ray_, count);
-    return count.n;
+    if (at == At::entry) return traversed(HitCountOfRay<FixedAt<At::entry>>(ray_)).n;
+    return traversed(HitCountOfRay(ray_)).n;
   }
 
   /// Replace `to` by all hits, in their order.
@@ -57,6 +49,13 @@ class OneRay {
   }
 
  private:
+  /// A collector after the traversal.
+  template <class Collector>
+  Collector traversed(Collector collector) const {
+    traverse(tree_, ray_, collector);
+    return collector;
+  }
+
   template <class AnyHit>
   void list_hits(At at, Keep keep, std::uint64_t k, std::vector<AnyHit>& to) const {
     HitVectorOfRay<AnyHit> list(ray_, at, keep, to, k);

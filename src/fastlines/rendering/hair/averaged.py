@@ -22,7 +22,7 @@ import numpy.typing as npt
 
 from ...arrays import FloatArray
 from ...engines import engine
-from .frame import same_length
+from .frame import in_batches, same_length
 from .material import HairMaterial
 from .table import AzimuthTable, azimuth_table
 
@@ -75,9 +75,11 @@ class AveragedHair:
         """
         numbers = {"sin_theta_o": sin_theta_o, "sin_theta_i": sin_theta_i, "phi": phi}
         shape, angles = same_length({}, numbers)
-        return engine.averaged_hair(
-            self.material.numbers, *self.tables, *(each.astype(np.float32, copy=False) for each in angles)
-        ).reshape(*shape, 3)
+        (values,) = in_batches(
+            lambda *rows: (engine.averaged_hair(self.material.numbers, *self.tables, *rows),),
+            (each.astype(np.float32, copy=False) for each in angles),
+        )
+        return values.reshape(*shape, 3)
 
     def forward(self, sin_theta: npt.ArrayLike) -> FloatArray:
         """Return a_f: the share of the light at an inclination that one fibre scatters onwards.
@@ -101,8 +103,9 @@ class AveragedHair:
     def attenuations(self, sin_theta: npt.ArrayLike) -> tuple[FloatArray, FloatArray]:
         """Return `forward` and `backward`."""
         shape, (sine,) = same_length({}, {"sin_theta": sin_theta})
-        forward, backward = engine.averaged_attenuations(
-            self.material.numbers, *self.tables, sine.astype(np.float32, copy=False)
+        forward, backward = in_batches(
+            lambda rows: engine.averaged_attenuations(self.material.numbers, *self.tables, rows),
+            (sine.astype(np.float32, copy=False),),
         )
         return forward.reshape(*shape, 3), backward.reshape(*shape, 3)
 

@@ -9,6 +9,7 @@ the distance from the axis to the side o × t, in radii. So the normal is at the
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,6 +17,10 @@ import numpy.typing as npt
 
 from ...arrays import AnyArray, refuse_masked
 from ...errors import InputError
+from ...threads import map_in_threads
+
+#: So many rows are computed at a time, which takes some tens of MB in float64.
+ROWS = 1 << 15
 
 
 @dataclass(frozen=True)
@@ -101,6 +106,19 @@ def same_length(
         row = (ends[name],) if name in ends else ()
         flat.append(np.ascontiguousarray(np.broadcast_to(array, shape + row).reshape(-1, *row), kind))
     return shape, flat
+
+
+def in_batches(function: Callable[..., tuple[AnyArray, ...]], arrays: Iterable[AnyArray]) -> tuple[AnyArray, ...]:
+    """Call a function with some rows of arrays of one length at a time, and join what it returns.
+
+    There are several calls at a time. Between them, Ctrl-C ends the work.
+    """
+    given = tuple(arrays)
+    if len(given[0]) <= ROWS:
+        return function(*given)
+    batches = [[each[first : first + ROWS] for each in given] for first in range(0, len(given[0]), ROWS)]
+    found = map_in_threads(lambda batch: function(*batch), batches)
+    return tuple(np.concatenate(parts) for parts in zip(*found, strict=True))
 
 
 def _floats(name: str, values: npt.ArrayLike) -> AnyArray:

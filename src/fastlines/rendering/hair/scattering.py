@@ -25,7 +25,7 @@ from ...arrays import AnyArray
 from ...engines import engine
 from .attenuation import N_LOBES, attenuation, lobe_shares, refracted_sine
 from .azimuthal import exit_azimuth, sample_trimmed_logistic, trimmed_logistic
-from .frame import FibreFrame, same_length
+from .frame import FibreFrame, in_batches, same_length
 from .longitudinal import longitudinal, sample_longitudinal
 from .material import HairMaterial
 
@@ -62,10 +62,15 @@ def evaluate(
     >>> value.round(4).tolist()
     [1.7445, 0.8468, 0.1472]
     """
-    shape, (out, into, along, offset) = same_length({"wo": wo, "wi": wi, "tangent": tangent}, {"h": h})
-    if into.dtype == np.float32:
-        return engine.hair_evaluate(material.numbers, out, along, offset, into).reshape(*shape, 3)
-    return FibrePoints(material, out, along, offset).evaluate(into).reshape(*shape, 3)
+    shape, arrays = same_length({"wo": wo, "wi": wi, "tangent": tangent}, {"h": h})
+
+    def of_rows(out: AnyArray, into: AnyArray, along: AnyArray, offset: AnyArray) -> tuple[AnyArray]:
+        if into.dtype == np.float32:
+            return (engine.hair_evaluate(material.numbers, out, along, offset, into),)
+        return (FibrePoints(material, out, along, offset).evaluate(into),)
+
+    (values,) = in_batches(of_rows, arrays)
+    return values.reshape(*shape, 3)
 
 
 def evaluate_angles(
@@ -93,11 +98,16 @@ def evaluate_angles(
     [1.7445, 0.8468, 0.1472]
     """
     numbers = {"sin_theta_o": sin_theta_o, "sin_theta_i": sin_theta_i, "phi": phi, "h": h}
-    shape, (sin_o, sin_i, turn, offset) = same_length({}, numbers)
-    sin_o, sin_i = np.clip(sin_o, -1.0, 1.0), np.clip(sin_i, -1.0, 1.0)
-    cos_o, cos_i = np.sqrt(1.0 - sin_o**2), np.sqrt(1.0 - sin_i**2)
-    lobes = _Lobes(material, sin_o, cos_o, offset)
-    return lobes.value(lobes.densities(sin_i, cos_i, turn)).reshape(*shape, 3)
+    shape, arrays = same_length({}, numbers)
+
+    def of_rows(sin_o: AnyArray, sin_i: AnyArray, turn: AnyArray, offset: AnyArray) -> tuple[AnyArray]:
+        sin_o, sin_i = np.clip(sin_o, -1.0, 1.0), np.clip(sin_i, -1.0, 1.0)
+        cos_o, cos_i = np.sqrt(1.0 - sin_o**2), np.sqrt(1.0 - sin_i**2)
+        lobes = _Lobes(material, sin_o, cos_o, offset)
+        return (lobes.value(lobes.densities(sin_i, cos_i, turn)),)
+
+    (values,) = in_batches(of_rows, arrays)
+    return values.reshape(*shape, 3)
 
 
 def pdf(
@@ -112,10 +122,15 @@ def pdf(
     >>> float(pdf(grey, *rays) / evaluate(grey, *rays)[0]).__round__(6)
     1.0
     """
-    shape, (out, into, along, offset) = same_length({"wo": wo, "wi": wi, "tangent": tangent}, {"h": h})
-    if into.dtype == np.float32:
-        return engine.hair_pdf(material.numbers, out, along, offset, into).reshape(shape)
-    return FibrePoints(material, out, along, offset).pdf(into).reshape(shape)
+    shape, arrays = same_length({"wo": wo, "wi": wi, "tangent": tangent}, {"h": h})
+
+    def of_rows(out: AnyArray, into: AnyArray, along: AnyArray, offset: AnyArray) -> tuple[AnyArray]:
+        if into.dtype == np.float32:
+            return (engine.hair_pdf(material.numbers, out, along, offset, into),)
+        return (FibrePoints(material, out, along, offset).pdf(into),)
+
+    (densities,) = in_batches(of_rows, arrays)
+    return densities.reshape(shape)
 
 
 def sample(
@@ -149,11 +164,14 @@ def sample(
     >>> weight.mean(axis=0).round(2).tolist()  # the albedo
     [1.0, 1.0, 0.17]
     """
-    shape, (out, along, offset, u) = same_length({"wo": wo, "tangent": tangent}, {"h": h, "u4": u4}, columns=4)
-    if u.dtype == np.float32:
-        wi, weight, density = engine.hair_sample(material.numbers, out, along, offset, u)
-    else:
-        wi, weight, density = FibrePoints(material, out, along, offset).sample(u)
+    shape, arrays = same_length({"wo": wo, "tangent": tangent}, {"h": h, "u4": u4}, columns=4)
+
+    def of_rows(out: AnyArray, along: AnyArray, offset: AnyArray, u: AnyArray) -> tuple[AnyArray, AnyArray, AnyArray]:
+        if u.dtype == np.float32:
+            return engine.hair_sample(material.numbers, out, along, offset, u)
+        return FibrePoints(material, out, along, offset).sample(u)
+
+    wi, weight, density = in_batches(of_rows, arrays)
     return wi.reshape(*shape, 3), weight.reshape(*shape, 3), density.reshape(shape)
 
 
