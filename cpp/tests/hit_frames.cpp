@@ -93,10 +93,27 @@ void check_lines(Random& random, std::size_t n_hits) {
   }
 }
 
+/// Without any axis, all are misses, and there is no memory to read.
+void check_no_axes(const Axes& axes, std::size_t n) {
+  const std::vector<std::int64_t> prim(n, -1);
+  const std::vector<double> u(n), t(n);
+  const std::vector<Vec3> vectors(n);
+  const float radius = 0.0f, t_min = 0.0f, t_max = kInfinity;
+  const RayBatch rays{vectors, vectors, {&radius, 1}, {&t_min, 1}, {&t_max, 1}};
+  std::vector<std::array<double, 3>> points(n);
+  Progress progress;
+  FrameColumns<double> to;
+  to.points = points.data();
+  store_frames(HitSource(axes, &rays), {prim, u, t, {}, true}, to, 1, progress);
+  for (const auto& point : points) check(point[0] != point[0] && point[2] != point[2], "a miss has no point");
+}
+
 }  // namespace
 
 int main() {
   return test::run([] {
+    const CubicCurves no_curves;
+    for (const std::size_t n : {1, 3, 8, 13}) check_no_axes({}, n), check_no_axes({{}, 8, &no_curves}, n);
     Random random{1};
     for (const std::size_t n : {1, 7, 8, 9, 63, 5000})
       for (int round = 0; round < 10; ++round) check_lines(random, n);
