@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+import shlex
 import sys
 from pathlib import Path
 
@@ -39,7 +40,7 @@ def test_run():
 
 def test_the_pictures_are_those_of_the_gallery():
     commands = re.findall(r"`fastlines render (\S+) (.*?)-o \S+`", GUIDE.read_text(encoding="utf-8"))
-    assert {(source, *options.split()) for source, options in commands} == set(GALLERY.values())
+    assert {(source, *shlex.split(options)) for source, options in commands} == set(GALLERY.values())
 
 
 def test_a_dense_head_is_a_case(tmp_path):

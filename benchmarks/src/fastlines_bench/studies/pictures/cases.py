@@ -26,6 +26,10 @@ GALLERY: dict[str, tuple[str, ...]] = {
     "protein": ("3GQP.pdb",),
     "rna": ("4UPY.pdb", "--lens-radius", "8"),
     "trees": ("curve-scales-flat.usd",),
+    "metal": (
+        *("scene:spaghetti:150", "--look", "tube", "--radius", "0.03"),
+        *("--color", "#d8a848", "--material", "metal"),
+    ),
     "spaghetti": ("scene:spaghetti",),
     "spaghetti-2": ("scene:spaghetti-2",),
     "photon-beams": ("scene:photon-beams",),
