@@ -97,7 +97,7 @@ def _cut_off(forest: Any, rays: Any, expected: Any) -> list[tuple[Any, ...]]:
     with Namespace() as space, local_client(distributed, 1, host=space.host) as client:
         worker = space.start_worker(client.scheduler.address)
         try:
-            client.wait_for_workers(2, timeout=60)
+            client.wait_for_workers(2, timeout=300)
             on = forest.on(client)
             on.first_hit(*rays, RADIUS)
             begin = time.perf_counter()
