@@ -89,14 +89,11 @@ std::span<LineTensor> tensors_of(Output<float>& array) {
 }
 
 /// The tensors of lines in voxels, and in blocks of voxels.
-std::tuple<Output<float>, Output<float>> density_grid(Input<float> axes, std::optional<Input<float>> end_radii,
-                                                      float radius, BoxTuple box, unsigned n_threads,
-                                                      nb::object progress) {
+std::tuple<Output<float>, Output<float>> density_grid(Input<float> axes, Input<float> end_radii, float radius,
+                                                      BoxTuple box, unsigned n_threads, nb::object progress) {
   const VoxelBox voxels = voxel_box(box);
   auto fine = make_array<float>(voxels.size(), 6), coarse = make_array<float>(DensityGrid::blocks_of(voxels).size(), 6);
-  const ThickLines lines{rows<std::array<Vec3, 2>>(axes),
-                         end_radii ? rows<std::array<float, 2>>(*end_radii) : std::span<const std::array<float, 2>>{},
-                         radius};
+  const ThickLines lines{rows<std::array<Vec3, 2>>(axes), rows<std::array<float, 2>>(end_radii), radius};
   watch(
       [&](Progress& watched) {
         const std::span<LineTensor> tensors = tensors_of(fine);
@@ -108,17 +105,16 @@ std::tuple<Output<float>, Output<float>> density_grid(Input<float> axes, std::op
   return {fine, coarse};
 }
 
-/// How many lines light crosses on average on its way to points of lines, and how many of them are far.
-std::tuple<Output<float>, Output<float>> mean_crossings(BoxTuple box, Input<float> voxels, Input<float> blocks,
-                                                        Input<float> points, Input<float> tangents,
-                                                        Input<float> towards, Input<float> moved, float radius,
-                                                        float far, float end) {
+/// The optical depth on the way of light to points of lines, and the part of it that is far.
+std::tuple<Output<float>, Output<float>> optical_depth(BoxTuple box, Input<float> voxels, Input<float> blocks,
+                                                       Input<float> points, Input<float> tangents, Input<float> towards,
+                                                       Input<float> jitter, float radius, float far, float end) {
   const std::size_t n_rows = points.shape(0);
   auto all = make_array<float>(n_rows), far_ones = make_array<float>(n_rows);
   const DensityGrid grid(voxel_box(box), tensors_of(voxels), tensors_of(blocks));
   in_lanes(n_rows, [&](std::size_t first, int n) {
-    const auto found = grid.crossings(vectors(points, first, n), vectors(tangents, first, n),
-                                      vectors(towards, first, n), radius, far, end, vectors(moved, first, n));
+    const auto found = grid.optical_depth(vectors(points, first, n), vectors(tangents, first, n),
+                                          vectors(towards, first, n), radius, far, end, vectors(jitter, first, n));
     store_lanes(found.all, all.data() + first, n);
     store_lanes(found.far, far_ones.data() + first, n);
   });
@@ -140,7 +136,7 @@ Output<float> attenuated(Input<float> light, Input<float> crossed) {
 /// The index of a sample, the seeds of its fragments, and the dimension of the next numbers.
 using NumbersTuple = std::tuple<std::uint32_t, Input<std::uint32_t>, int>;
 
-/// One direction to each lamp, (n_lamps · n, 3); one of the sky, and its radiance there; and three more numbers.
+/// One direction to each lamp, (n_lamps · n, 3); one of the sky, and its radiance there; and three numbers for jitter.
 std::tuple<Output<float>, Output<float>, Output<float>, Output<float>> light_samples(Input<float> lamps, SkyNumbers sky,
                                                                                      NumbersTuple numbers) {
   const auto& [index, seeds, dimension] = numbers;
@@ -148,7 +144,7 @@ std::tuple<Output<float>, Output<float>, Output<float>, Output<float>> light_sam
   const SkyLight of_sky = sky_of(sky);
   const std::size_t n = seeds.size();
   auto to_lamps = make_array<float>(each_lamp.size() * n, 3), to_sky = make_array<float>(n, 3);
-  auto radiance = make_array<float>(n, 3), more = make_array<float>(n, 3);
+  auto radiance = make_array<float>(n, 3), jitter = make_array<float>(n, 3);
   in_lanes(n, [&, index = index, dimension = dimension](std::size_t first, int count) {
     const WordLanes own = load_lanes(seeds.data() + first, count);
     int next = dimension;
@@ -166,9 +162,9 @@ std::tuple<Output<float>, Output<float>, Output<float>, Output<float>> light_sam
       of_sky.radiance(towards).store(radiance.data() + 3 * first, count);
     });
     Vec3Lanes{uniforms(index, own, next), uniforms(index, own, next + 1), uniforms(index, own, next + 2)}.store(
-        more.data() + 3 * first, count);
+        jitter.data() + 3 * first, count);
   });
-  return {to_lamps, to_sky, radiance, more};
+  return {to_lamps, to_sky, radiance, jitter};
 }
 
 /// The numbers of a material, and the tables of its far field.
@@ -202,8 +198,8 @@ Output<float> light_of_hair(HairArrays hair, DirectionArrays axes, ArrivingArray
 /// Directions and what light brings from there if nothing hides it.
 using UnhiddenTuple = std::tuple<Output<float>, Output<float>>;
 
-/// The light of one lamp for each fragment, and that of one direction of the sky; and three more numbers if lines are
-/// thin. Otherwise axes are normals.
+/// The light of one lamp for each fragment, and that of one direction of the sky; and three numbers for jitter if lines
+/// are thin. Otherwise axes are normals.
 std::tuple<UnhiddenTuple, UnhiddenTuple, Output<float>> light_of_solids(DirectionArrays axes, Input<float> base,
                                                                         bool is_thin, std::array<float, 4> material,
                                                                         Input<float> lamps, SkyNumbers sky,
@@ -216,7 +212,7 @@ std::tuple<UnhiddenTuple, UnhiddenTuple, Output<float>> light_of_solids(Directio
   const SolidMaterial solid{material[0], material[1], material[2], material[3]};
   const auto make = [&] { return UnhiddenTuple{make_array<float>(n_rows, 3), make_array<float>(n_rows, 3)}; };
   UnhiddenTuple of_lamps = make(), from_sky = make();
-  auto more = make_array<float>(is_thin ? n_rows : 0, 3);
+  auto jitter = make_array<float>(is_thin ? n_rows : 0, 3);
   const auto store = [](const UnhiddenLight& found, UnhiddenTuple& to, std::size_t first, int n) {
     found.towards.store(std::get<0>(to).data() + 3 * first, n);
     found.light.store(std::get<1>(to).data() + 3 * first, n);
@@ -228,9 +224,9 @@ std::tuple<UnhiddenTuple, UnhiddenTuple, Output<float>> light_of_solids(Directio
     const auto number = [&](int next) { return uniforms(index, own, dimension + next); };
     store(one_lamp(points, solid, each_lamp, number(0), number(1), number(2)), of_lamps, first, n);
     store(of_sky(points, of_all_sky, number(4), number(5)), from_sky, first, n);
-    if (is_thin) Vec3Lanes{number(6), number(7), number(8)}.store(more.data() + 3 * first, n);
+    if (is_thin) Vec3Lanes{number(6), number(7), number(8)}.store(jitter.data() + 3 * first, n);
   });
-  return {of_lamps, from_sky, more};
+  return {of_lamps, from_sky, jitter};
 }
 
 }  // namespace
@@ -241,10 +237,10 @@ void bind_looks(nb::module_& m) {
   m.def("smooth_tangents", &smooth_tangents, "segments"_a.noconvert(), "strands"_a.noconvert(), "prim"_a.noconvert(),
         "u"_a.noconvert(), "tangents"_a.noconvert());
   m.def("interpolated", &interpolated, "x"_a.noconvert(), "places"_a.noconvert(), "values"_a.noconvert());
-  m.def("density_grid", &density_grid, "axes"_a.noconvert(), "end_radii"_a.none(), "radius"_a, "box"_a, "n_threads"_a,
-        "progress"_a.none());
-  m.def("mean_crossings", &mean_crossings, "box"_a, "voxels"_a.noconvert(), "blocks"_a.noconvert(),
-        "points"_a.noconvert(), "tangents"_a.noconvert(), "towards"_a.noconvert(), "moved"_a.noconvert(), "radius"_a,
+  m.def("density_grid", &density_grid, "axes"_a.noconvert(), "end_radii"_a.noconvert(), "radius"_a, "box"_a,
+        "n_threads"_a, "progress"_a.none());
+  m.def("optical_depth", &optical_depth, "box"_a, "voxels"_a.noconvert(), "blocks"_a.noconvert(),
+        "points"_a.noconvert(), "tangents"_a.noconvert(), "towards"_a.noconvert(), "jitter"_a.noconvert(), "radius"_a,
         "far"_a, "end"_a);
   m.def("attenuated", &attenuated, "light"_a.noconvert(), "crossed"_a.noconvert());
   m.def("light_samples", &light_samples, "lamps"_a.noconvert(), "sky"_a, "numbers"_a);

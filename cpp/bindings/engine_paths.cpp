@@ -22,13 +22,11 @@ std::vector<Output<float>> sample_numbers(std::uint32_t index, Input<std::uint32
   const std::size_t n = seeds.size();
   std::vector<Output<float>> made;
   for (int k = 0; k < count; ++k) made.push_back(make_array<float>(n));
-  const WithoutGil released;
-  for (int k = 0; k < count; ++k)
-    for (std::size_t i = 0; i < n; i += kLanes) {
-      const int filled = int(std::min<std::size_t>(kLanes, n - i));
-      const WordLanes some = load_lanes(seeds.data() + i, filled);
-      store_lanes(uniforms(index, some, dimension + k), made[std::size_t(k)].data() + i, filled);
-    }
+  in_lanes(n, [&](std::size_t first, int filled) {
+    const WordLanes some = load_lanes(seeds.data() + first, filled);
+    for (int k = 0; k < count; ++k)
+      store_lanes(uniforms(index, some, dimension + k), made[std::size_t(k)].data() + first, filled);
+  });
   return made;
 }
 

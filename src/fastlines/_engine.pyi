@@ -438,20 +438,20 @@ def interpolated(
 ) -> NDArray[numpy.float32]: ...
 def density_grid(
     axes: NDArray[numpy.float32],
-    end_radii: NDArray[numpy.float32] | None,
+    end_radii: NDArray[numpy.float32],
     radius: float,
     box: tuple[Sequence[float], Sequence[int]],
     n_threads: int,
     progress: object | None,
 ) -> tuple[NDArray[numpy.float32], NDArray[numpy.float32]]: ...
-def mean_crossings(
+def optical_depth(
     box: tuple[Sequence[float], Sequence[int]],
     voxels: NDArray[numpy.float32],
     blocks: NDArray[numpy.float32],
     points: NDArray[numpy.float32],
     tangents: NDArray[numpy.float32],
     towards: NDArray[numpy.float32],
-    moved: NDArray[numpy.float32],
+    jitter: NDArray[numpy.float32],
     radius: float,
     far: float,
     end: float,

@@ -50,20 +50,20 @@ class DensityGrid {
               voxels[voxel++] * (1.0f / float(kBlock * kBlock * kBlock));
   }
 
-  /// The mean number of lines that light crosses on its way to a point of a line, up to the distance `end`, and of
-  /// these those that are farther than `far`.
-  struct Crossings {
+  /// The mean number of lines that light crosses on its way to a point of a line, and of these those that are far.
+  struct OpticalDepth {
     FloatLanes all, far;
   };
 
-  /// `towards` and `tangents` are unit vectors, and the lines have the radius. Numbers in [0, 1) move the points within
-  /// the width of a voxel, so that the borders of voxels are not seen.
-  Crossings crossings(const Vec3Lanes& points, const Vec3Lanes& tangents, const Vec3Lanes& towards, float radius,
-                      float far, float end, const Vec3Lanes& moved) const {
+  /// The optical depth up to the distance `end`, and that of lines beyond `far`. `towards` and `tangents` are unit
+  /// vectors, and the lines have the radius. Uniform numbers jitter the points by the width of a voxel, so that the
+  /// borders of voxels do not show.
+  OpticalDepth optical_depth(const Vec3Lanes& points, const Vec3Lanes& tangents, const Vec3Lanes& towards, float radius,
+                             float far, float end, const Vec3Lanes& jitter) const {
     const float unit = box_.longest_side(), start = 2.0f * radius;  // beyond the line itself
     const float switched = std::max(start, std::min(far, kNear * unit)), behind = std::max(switched, far);
-    const Vec3Lanes from{points.x + (moved.x - 0.5f) * box_.voxel[0], points.y + (moved.y - 0.5f) * box_.voxel[1],
-                         points.z + (moved.z - 0.5f) * box_.voxel[2]};
+    const Vec3Lanes from{points.x + (jitter.x - 0.5f) * box_.voxel[0], points.y + (jitter.y - 0.5f) * box_.voxel[1],
+                         points.z + (jitter.z - 0.5f) * box_.voxel[2]};
     const FloatLanes near = march(box_, voxels_, from, towards, start, switched, unit) +
                             march(blocks_box_, blocks_, from, towards, switched, behind, unit * float(kBlock));
     const FloatLanes beyond = march(blocks_box_, blocks_, from, towards, behind, end, unit * float(kBlock));

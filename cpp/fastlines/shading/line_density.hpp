@@ -50,7 +50,7 @@ struct VoxelBox {
 /// Lines with a radius at each end, which is added to `radius`.
 struct ThickLines {
   std::span<const std::array<Vec3, 2>> axes;
-  std::span<const std::array<float, 2>> radii;  // may be empty
+  std::span<const std::array<float, 2>> radii;
   float radius;
 
   /// Calls visit(point, weighted direction) for pieces of a line that are no longer than half a voxel. The square of
@@ -58,7 +58,7 @@ struct ThickLines {
   template <class Visit>
   void pieces(std::size_t line, const VoxelBox& box, Visit&& visit) const {
     const auto& [start, end] = axes[line];
-    const std::array<float, 2> own = radii.empty() ? std::array<float, 2>{} : radii[line];
+    const auto& [first_radius, last_radius] = radii[line];
     double length2 = 0.0, voxels = 0.0;
     std::array<double, 3> edge;
     for (int k = 0; k < 3; ++k) {
@@ -70,7 +70,7 @@ struct ThickLines {
     const int n_pieces = 1 + int(std::min(2.0 * voxels, 1e6));
     for (int i = 0; i < n_pieces; ++i) {
       const double s = (i + 0.5) / n_pieces;
-      const double width = 2.0 * (double(radius) + (1.0 - s) * double(own[0]) + s * double(own[1]));
+      const double width = 2.0 * (double(radius) + (1.0 - s) * double(first_radius) + s * double(last_radius));
       visit(Vec3{float(start[0] + s * edge[0]), float(start[1] + s * edge[1]), float(start[2] + s * edge[2])}, edge,
             width / (n_pieces * std::sqrt(length2)));
     }

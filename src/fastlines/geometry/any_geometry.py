@@ -139,6 +139,10 @@ class AnyGeometry(Shown, HitAnswers, Immutable, ABC):
     def span(self) -> tuple[FloatArray, FloatArray]:
         """Return points that span the primitives, (m, 3), and the radius around each, (m,)."""
 
+    def thick_axes(self) -> tuple[FloatArray, FloatArray] | None:
+        """Return straight axes (m, 2, 3) in memory, and the radii at their ends (m, 2); None if there are none."""
+        return None
+
     @property
     def radius(self) -> FloatArray | None:
         """The radius that primitives have of their own; None if they have none."""

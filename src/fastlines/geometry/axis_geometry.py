@@ -176,6 +176,10 @@ class AxisGeometry(AnyGeometry):
         """See `AnyGeometry`."""
         return self.straight.segments.reshape(-1, 3), self.straight.end_radii.reshape(-1)
 
+    def thick_axes(self) -> tuple[FloatArray, FloatArray]:
+        """See `AnyGeometry`."""
+        return self.straight.segments, self.straight.end_radii
+
     @property
     def radius_range(self) -> tuple[float, float] | None:
         """See `AnyGeometry`."""

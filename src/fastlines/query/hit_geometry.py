@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
-from ..arrays import FloatArray, IntArray
+from ..arrays import AnyArray, FloatArray, IntArray
 from ..errors import InputError
 from ..geometry.any_geometry import AnyGeometry
 from ..geometry.hit_places import Float64Array, HitFrames, HitPlaces, HitRays
@@ -136,6 +138,11 @@ class HitGeometry(FoundPrims):
 
 def _points_outside(geometry: AnyGeometry, places: HitPlaces) -> Float64Array:
     """Return points so far outside of the surfaces that rays from there do not hit these again."""
+    return geometry.points_outside(places, outside_distance(geometry, geometry.radius_of(places.prim), places.radius))
+
+
+def outside_distance(geometry: AnyGeometry, own: AnyArray | float, radius: AnyArray | float) -> Any:
+    """Return how far outside surfaces rays have to start, for radii of their own and of the query."""
     bounds = np.asarray(geometry.bounds, np.float64)
     size = float(np.ptp(bounds, axis=0).max() + np.abs(bounds).max()) if len(geometry) else 0.0
-    return geometry.points_outside(places, OUTSIDE * (size + geometry.radius_of(places.prim) + places.radius))
+    return OUTSIDE * (size + own + radius)

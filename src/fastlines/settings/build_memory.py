@@ -29,7 +29,7 @@ LAYOUT_REF, LAYOUT_PLAN = 20, 4
 
 
 def expected_refs(n_prims: int, settings: Settings) -> int:
-    """Return how many references to expect of a tree over `n_prims` primitives, of which nothing else is known.
+    """Return the expected number of references of a tree, if only the number of its primitives is known.
 
     Trees that cut nothing have one a primitive. Others had 1.0 to 1.5 over a million segments of streamlines and hair;
     where long lines cross they have many more.

@@ -17,6 +17,7 @@ Compiled code computes `evaluate`, `pdf` and `sample` in float32, and the formul
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 import numpy.typing as npt
@@ -62,15 +63,7 @@ def evaluate(
     >>> value.round(4).tolist()
     [1.7445, 0.8468, 0.1472]
     """
-    shape, arrays = same_length({"wo": wo, "wi": wi, "tangent": tangent}, {"h": h})
-
-    def of_rows(out: AnyArray, into: AnyArray, along: AnyArray, offset: AnyArray) -> tuple[AnyArray]:
-        if into.dtype == np.float32:
-            return (engine.hair_evaluate(material.numbers, out, along, offset, into),)
-        return (FibrePoints(material, out, along, offset).evaluate(into),)
-
-    (values,) = in_batches(of_rows, arrays)
-    return values.reshape(*shape, 3)
+    return _of_directions(engine.hair_evaluate, FibrePoints.evaluate, material, wo, wi, tangent, h)
 
 
 def evaluate_angles(
@@ -122,15 +115,7 @@ def pdf(
     >>> float(pdf(grey, *rays) / evaluate(grey, *rays)[0]).__round__(6)
     1.0
     """
-    shape, arrays = same_length({"wo": wo, "wi": wi, "tangent": tangent}, {"h": h})
-
-    def of_rows(out: AnyArray, into: AnyArray, along: AnyArray, offset: AnyArray) -> tuple[AnyArray]:
-        if into.dtype == np.float32:
-            return (engine.hair_pdf(material.numbers, out, along, offset, into),)
-        return (FibrePoints(material, out, along, offset).pdf(into),)
-
-    (densities,) = in_batches(of_rows, arrays)
-    return densities.reshape(shape)
+    return _of_directions(engine.hair_pdf, FibrePoints.pdf, material, wo, wi, tangent, h)
 
 
 def sample(
@@ -173,6 +158,27 @@ def sample(
 
     wi, weight, density = in_batches(of_rows, arrays)
     return wi.reshape(*shape, 3), weight.reshape(*shape, 3), density.reshape(shape)
+
+
+def _of_directions(
+    compiled: Callable[..., AnyArray],
+    formula: Callable[[FibrePoints, AnyArray], AnyArray],
+    material: HairMaterial,
+    wo: npt.ArrayLike,
+    wi: npt.ArrayLike,
+    tangent: npt.ArrayLike,
+    h: npt.ArrayLike,
+) -> AnyArray:
+    """Return values of pairs of directions: of compiled code in float32, and else of the formula."""
+    shape, arrays = same_length({"wo": wo, "wi": wi, "tangent": tangent}, {"h": h})
+
+    def of_rows(out: AnyArray, into: AnyArray, along: AnyArray, offset: AnyArray) -> tuple[AnyArray]:
+        if into.dtype == np.float32:
+            return (compiled(material.numbers, out, along, offset, into),)
+        return (formula(FibrePoints(material, out, along, offset), into),)
+
+    (values,) = in_batches(of_rows, arrays)
+    return values.reshape(shape + values.shape[1:])
 
 
 class FibrePoints:

@@ -63,18 +63,18 @@ class Hair:
         """Return the light of each fragment towards the eye, (n, 3) float32 linear."""
         lamps = context.lamps
         numbers = sampler.index, sampler.seeds, sampler.dimension
-        to_lamps, to_sky, radiance, moved = engine.light_samples(lamps, context.sky, numbers)
+        to_lamps, to_sky, radiance, jitter = engine.light_samples(lamps, context.sky, numbers)
         sampler.dimension += 2 * len(lamps) + 6
-        light = self._scattered(fragments, context, moved, to_sky, np.float32(4 * np.pi) * radiance, is_sharp=False)
+        light = self._scattered(fragments, context, jitter, to_sky, np.float32(4 * np.pi) * radiance, is_sharp=False)
         for towards, lamp in zip(to_lamps.reshape(len(lamps), len(fragments), 3), lamps, strict=True):
-            light += self._scattered(fragments, context, moved, towards, lamp[9:], is_sharp=True)
+            light += self._scattered(fragments, context, jitter, towards, lamp[9:], is_sharp=True)
         return light * shade_of_strands(fragments.strand, self.variation)[:, None]
 
     def _scattered(
         self,
         fragments: Fragments,
         context: ShadingContext,
-        moved: FloatArray,
+        jitter: FloatArray,
         towards: FloatArray,
         color: FloatArray,
         is_sharp: bool,
@@ -85,7 +85,7 @@ class Hair:
         one direction of a sky, where lobes would be noise.
         """
         tangents = fragments.smooth_tangents
-        crossed = context.mean_crossings(fragments.points, tangents, towards, moved, FAR * context.size)
+        crossed = context.optical_depth(fragments.points, tangents, towards, jitter, FAR * context.size)
         hair = self._averaged
         light = towards, color, *crossed
         arrays = (hair.material.numbers, *hair.tables), (tangents, fragments.to_eye), light

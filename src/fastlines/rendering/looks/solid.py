@@ -69,12 +69,12 @@ class Solid:
         axes = fragments.smooth_tangents if fragments.normals is None else fragments.normals
         constants = 1 - material.metallic, material.exponent, *material.shine
         numbers = sampler.index, sampler.seeds, sampler.dimension
-        lit, ambient, moved = engine.light_of_solids(
+        lit, ambient, jitter = engine.light_of_solids(
             (axes, fragments.to_eye), base, thin, constants, context.lamps, context.sky, numbers
         )
         sampler.dimension += N_NUMBERS
         near = NEAR * context.size
-        light = _arriving(fragments, context, moved, *lit) + _arriving(fragments, context, moved, *ambient, near)
+        light = _arriving(fragments, context, jitter, *lit) + _arriving(fragments, context, jitter, *ambient, near)
         return self._hazed(light, fragments, context)
 
     def _hazed(self, light: FloatArray, fragments: Fragments, context: ShadingContext) -> FloatArray:
@@ -91,7 +91,7 @@ class Solid:
 def _arriving(
     fragments: Fragments,
     context: ShadingContext,
-    moved: FloatArray,
+    jitter: FloatArray,
     towards: FloatArray,
     light: FloatArray,
     distance: float = np.inf,
@@ -99,7 +99,7 @@ def _arriving(
     """Return the light from some directions that nothing hides up to a distance; thin lines hide a part of it."""
     if fragments.normals is None and context.density is not None:
         places = fragments.points, fragments.smooth_tangents
-        crossed, _ = context.density.crossings(*places, towards, moved, distance, distance)
+        crossed, _ = context.density.optical_depth(*places, towards, jitter, distance, distance)
         return engine.attenuated(light, crossed)
     rows = np.flatnonzero(light.any(axis=1))
     rows = rows[context.unoccluded(fragments.points[rows], towards[rows], distance)]

@@ -9,10 +9,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...arrays import FloatArray
+from ...arrays import FloatArray, box_of
 from ...engines import engine
 from ...geometry.any_geometry import AnyGeometry
-from ...geometry.axis_geometry import AxisGeometry
 from ...threads import get_num_threads
 
 #: The longest side of the box is divided into so many voxels, which have 24 bytes.
@@ -52,19 +51,14 @@ class DensityGrid:
         >>> wall = fl.lines([[[-1, y, 0], [1, y, 0]] for y in np.linspace(-1, 1, 100)])
         >>> grid = DensityGrid.of(wall, 0.005)
         >>> origin, x, z = np.float32([[[0, 0, -1]], [[1, 0, 0]], [[0, 0, 1]]])
-        >>> hidden, _ = grid.crossings(origin, x, z, np.full((1, 3), 0.5, np.float32), far=0.1)
+        >>> hidden, _ = grid.optical_depth(origin, x, z, np.full((1, 3), 0.5, np.float32), far=0.1)
         >>> print(hidden.round(1))                              # half of the wall are lines
         [0.5]
         """
-        lines = [part.straight for part in geometry.each_part() if isinstance(part, AxisGeometry) and len(part)]
-        axes = np.concatenate([np.empty((0, 2, 3), np.float32), *(part.segments for part in lines)])
-        radii = np.concatenate([np.empty((0, 2), np.float32), *(part.end_radii for part in lines)])
-        points = axes.reshape(-1, 3)
-        low, high = (
-            (points.min(axis=0).astype(np.float64), points.max(axis=0).astype(np.float64))
-            if len(points)
-            else (np.zeros(3), np.zeros(3))
-        )
+        lines = [found for part in geometry.each_part() if (found := part.thick_axes()) is not None]
+        axes = np.concatenate([np.empty((0, 2, 3), np.float32), *(axes for axes, _ in lines)])
+        radii = np.concatenate([np.empty((0, 2), np.float32), *(radii for _, radii in lines)])
+        low, high = box_of(axes.reshape(-1, 3)).astype(np.float64) if len(axes) else np.zeros((2, 3))
         longest = float((high - low).max()) or 1.0
         sides = np.maximum(high - low, FLAT * (longest + np.abs([low, high]).max()))
         counts = np.clip(np.round(sides / longest * LONGEST), 1, LONGEST).astype(np.int64)
@@ -74,24 +68,24 @@ class DensityGrid:
         tensors = engine.density_grid(axes, radii, radius, box, get_num_threads(), None)
         return cls(*box, tensors, radius + float(radii.mean(dtype=np.float64)) if len(radii) else radius)
 
-    def crossings(
+    def optical_depth(
         self,
         points: FloatArray,
         tangents: FloatArray,
         towards: FloatArray,
-        moved: FloatArray,
+        jitter: FloatArray,
         far: float,
         end: float = np.inf,
     ) -> tuple[FloatArray, FloatArray]:
-        """Return the mean number of lines that light crosses on its way to points of lines.
+        """Return the optical depth: the mean number of lines that light crosses on its way to points of lines.
 
         Parameters
         ----------
         points, tangents, towards : (n, 3) float32
             The points, unit vectors along their lines, and unit vectors towards the light. The line of a point does not
             count.
-        moved : (n, 3) float32
-            Uniform random numbers. They move the points within the width of a voxel, so that its border is not seen.
+        jitter : (n, 3) float32
+            Uniform random numbers, which jitter the points by the width of a voxel, so that its border does not show.
         far, end : float
             Two distances; `end` is not below `far`.
 
@@ -101,4 +95,4 @@ class DensityGrid:
             All lines up to the distance `end`, and those of them that are beyond `far`.
         """
         box = self.corners, self.counts
-        return engine.mean_crossings(box, *self.tensors, points, tangents, towards, moved, self.radius, far, end)
+        return engine.optical_depth(box, *self.tensors, points, tangents, towards, jitter, self.radius, far, end)

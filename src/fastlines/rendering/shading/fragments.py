@@ -17,7 +17,7 @@ import numpy as np
 
 from ...arrays import FloatArray, IntArray
 from ...engines import engine
-from ...query.hit_geometry import OUTSIDE
+from ...query.hit_geometry import outside_distance
 from ...query.hit_lists import offsets_of
 from ...query.hits import AllHits, FirstHits
 from ...support.computed_once import computed_once
@@ -120,9 +120,7 @@ class Surfaces:
 
     def __init__(self, tree: Tree, radius: float) -> None:
         self.tree, self.radius = tree, radius
-        bounds = np.asarray(tree.geometry.bounds, np.float64)
-        size = float(np.ptp(bounds, axis=0).max() + np.abs(bounds).max()) if len(tree.geometry) else 0.0
-        self._lift = OUTSIDE * (size + radius + tree.geometry.max_radius)
+        self._lift = float(outside_distance(tree.geometry, tree.geometry.max_radius, radius))
 
     def find(self, origins: FloatArray, directions: FloatArray, offsets: FloatArray | float) -> Fragments:
         """Return where rays with unit directions enter surfaces: one fragment for each ray that hits."""

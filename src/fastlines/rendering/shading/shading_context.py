@@ -10,7 +10,6 @@ import numpy.typing as npt
 from ...arrays import FloatArray
 from ...camera import Camera
 from ...geometry.any_geometry import AnyGeometry
-from ...geometry.axis_geometry import AxisGeometry
 from ...support.computed_once import computed_once
 from ...tree import Tree
 from .density_grid import DensityGrid
@@ -94,22 +93,22 @@ class ShadingContext:
 
     @computed_once
     def density(self) -> DensityGrid | None:
-        """The density of the lines; None for lines that are not in memory."""
+        """The density of the lines; None if no lines are in memory."""
         geometry = self.tree.geometry
-        return DensityGrid.of(geometry, self.radius) if any(map(_in_memory, geometry.each_part())) else None
+        return DensityGrid.of(geometry, self.radius) if any(map(_has_axes, geometry.each_part())) else None
 
-    def mean_crossings(
-        self, points: FloatArray, tangents: FloatArray, directions: FloatArray, moved: FloatArray, far: float
+    def optical_depth(
+        self, points: FloatArray, tangents: FloatArray, directions: FloatArray, jitter: FloatArray, far: float
     ) -> tuple[FloatArray, FloatArray]:
         """Return how many lines light crosses on average, and of these those beyond `far`; see `DensityGrid`.
 
-        What has no axis hides all light if it is beyond `far`.
+        All other shapes hide all light if they are beyond `far`.
         """
         if self.density is None:
             crossed, beyond = self.count_crossings(points, directions), np.zeros(len(points), np.float32)
         else:
-            crossed, beyond = self.density.crossings(points, tangents, directions, moved, far)
-        if not all(map(_in_memory, self.tree.geometry.each_part())):
+            crossed, beyond = self.density.optical_depth(points, tangents, directions, jitter, far)
+        if not all(map(_has_axes, self.tree.geometry.each_part())):
             beyond = np.where(self.unoccluded(points, directions, beyond=far), beyond, np.float32(np.inf))
         return crossed, beyond
 
@@ -129,6 +128,6 @@ class ShadingContext:
         return ~self.tree.any_hit(points, directions, self.radius, t_min=start, t_max=distance)
 
 
-def _in_memory(part: AnyGeometry) -> bool:
-    """Return whether lines, or curves, are in memory."""
-    return isinstance(part, AxisGeometry)
+def _has_axes(part: AnyGeometry) -> bool:
+    """Return whether these are lines or curves in memory."""
+    return part.thick_axes() is not None
