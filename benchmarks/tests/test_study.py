@@ -52,6 +52,13 @@ def test_frames():
     assert len(rows) == 2 + 7
 
 
+def test_brightness():
+    rows = done("study", "brightness", "scene:bun-hair:2000", "--side", 16, "--samples", 16).splitlines()
+    name, normal, high, _ = rows[2].strip("| ").split(" | ")
+    assert name == "`scene:bun-hair:2000`, brown"
+    assert 0.5 < float(normal) / float(high) < 2
+
+
 def test_retraced():
     text = done("study", "retraced", "--scene", "spaghetti", "--effort", "0", "--radius", "0.001")
     assert "capped" in text

@@ -14,6 +14,7 @@ from fastlines.scenes import NAMES
 from ..harness.internals import Group
 from ..studies.banner import make_banner
 from ..studies.bounds import compare_with_bounds
+from ..studies.brightness import print_brightness
 from ..studies.budgets import SPAGHETTI, print_budgets
 from ..studies.hit_frames import print_hit_frames
 from ..studies.lookahead import print_lookahead
@@ -29,7 +30,8 @@ study = typer.Typer(cls=Group, rich_markup_mode="rich")
 app.add_typer(
     study,
     name="study",
-    short_help="Studies of single questions: budgets, memory, options, bounds, retraced, lookahead, opening, frames.",
+    short_help="Studies of single questions: budgets, memory, options, bounds, retraced, lookahead, opening, frames, "
+    "brightness.",
 )
 
 
@@ -160,6 +162,19 @@ def opening(
 ) -> None:
     """Time how long it takes to open a saved tree, and to run the first query, with and without a saved layout."""
     print_opening(segments)
+
+
+@study.command()
+def brightness(
+    sources: Annotated[
+        list[str], typer.Argument(metavar="FILE|SCENE…", help="Hair: files, or scenes such as scene:bun-hair.")
+    ],
+    color: Annotated[str, typer.Option("--color", help="The colour of the hair.")] = "brown",
+    side: Annotated[int, typer.Option("--side", help="The width and the height of pictures.", min=8)] = 128,
+    samples: Annotated[int, typer.Option("--samples", help="The samples of traced paths.", min=1)] = 128,
+) -> None:
+    """Compare how bright hair is in pictures of normal and of high quality."""
+    print_brightness(tuple(sources), color, side, samples)
 
 
 @study.command()

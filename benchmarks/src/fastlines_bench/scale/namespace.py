@@ -12,9 +12,10 @@ from typing import Any
 class Namespace:
     """A namespace of its own for a worker; needs root, and the command ``ip``."""
 
-    host, guest = "10.213.7.1", "10.213.7.2"
-
     def __init__(self) -> None:
+        # A process that is killed leaves its link behind, so each has addresses of its own.
+        subnet = f"10.213.{os.getpid() % 256}"
+        self.host, self.guest = f"{subnet}.1", f"{subnet}.2"
         self.name = f"fastlines{os.getpid()}"
         self.link, self.far = f"fl{os.getpid()}a", f"fl{os.getpid()}b"
 
