@@ -16,4 +16,5 @@ def print_checks(console: Console, checks: list[Check]) -> None:
         verdict = {True: "yes", False: "NO", None: "not measured"}[check.holds]
         figure = "–" if check.figure is None else f"{check.figure:.2f}"
         bound = f"at least {check.least:g}" if check.least else f"at most {check.most:g}"
-        console.print(f"  {verdict}: {check.scene}, {check.what}: {figure}, {bound}", highlight=False)
+        named = f"{check.scene}, {check.what}" if check.scene else check.what
+        console.print(f"  {verdict}: {named}: {figure}, {bound}", highlight=False)
