@@ -26,8 +26,8 @@ from ..support.vectors import dot
 from .coefficients import BoolArray
 from .materials import Material
 
-#: How far from a surface light goes on, as a fraction of the size of all surfaces and their largest coordinate together;
-#: float32 tells these points apart.
+#: How far from a surface light goes on, so that float32 tells these points apart: as a fraction of the size of all
+#: surfaces and their largest coordinate together.
 OFF = 2.0**-18
 #: How far behind a solid the opposite ray starts, likewise: even a grazing one must start outside.
 BEYOND = 2.0**-8
