@@ -55,6 +55,19 @@ def test_beams_converge_to_the_integral(kind, blur):
     assert_agrees(light, single_scattering(SCENE, ORIGINS, DIRECTIONS), bias=0.003)
 
 
+def test_beams_with_a_radius_that_suits_their_density():
+    light, n_passes = [], 16
+    for i in range(n_passes):
+        beams = trace_photons(SCENE, 5000, max_scatterings=0, pass_number=i)
+        adapted = BeamMap(SCENE, beams, own_radius=0.02)
+        light.append(adapted.radiance(ORIGINS, DIRECTIONS))
+    radius = adapted.lines.radius
+    assert (np.median(radius, axis=0)[0], radius.max() <= 0.08) == (pytest.approx(0.005), True)
+    assert np.median(radius, axis=0)[1] > 0.01  # beams start together, and end apart
+    assert_agrees(np.array(light), single_scattering(SCENE, ORIGINS, DIRECTIONS), bias=0.01)
+    assert np.allclose(adapted.radiance(ORIGINS, DIRECTIONS, 0.02), light[-1], rtol=0.5)
+
+
 def test_points_converge_to_the_integral():
     light = passes(SCENE, 20, 0.05, estimator="point")
     assert_agrees(light, single_scattering(SCENE, ORIGINS, DIRECTIONS), bias=0.01)

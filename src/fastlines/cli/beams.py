@@ -53,6 +53,9 @@ def beams(
     long: Annotated[
         bool, Option("--long", help="Make beams that end at surfaces, rather than where photons collide.")
     ] = False,
+    adapt: Annotated[
+        bool, Option("--adapt", help="Give each beam a radius that suits how dense beams are at each of its ends.")
+    ] = False,
     blur: Annotated[str, Option(metavar="NAME", help="The kernel of the blur: box or epanechnikov.")] = "box",
     estimator: Annotated[
         str, Option(metavar="NAME", help="Gather the beams that rays cross (beam), or those near points (point).")
@@ -94,6 +97,7 @@ def beams(
         radius=radius,
         alpha=alpha,
         beams="long" if long else "short",
+        adapt=adapt,
         blur=blur,
         estimator=estimator,
         seed=seed,
