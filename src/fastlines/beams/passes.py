@@ -28,7 +28,7 @@ from .photons import KINDS, trace_photons
 from .scene import BeamScene
 
 #: The radius of the first pass, as a fraction of the longest side of the box.
-RADIUS = 0.01
+RADIUS = 0.005
 #: What fraction of a pass the photons are, for progress.
 TRACING = 0.3
 #: The number of the stream of random numbers of pixels; those of photons are numbered by pass.
@@ -46,7 +46,7 @@ class PassSettings:
     paths : int
         How many photons each pass emits.
     radius : float, optional
-        Of the blur in the first pass, in the unit of the coordinates; by default 1/100 of the box's longest side.
+        Of the blur in the first pass, in the unit of the coordinates; by default 1/200 of the box's longest side.
     alpha : float
         How slowly the radius shrinks: above 0, and 1 keeps it.
     beams : {"short", "long"}
@@ -64,7 +64,7 @@ class PassSettings:
 
     width: int = 512
     height: int = 512
-    paths: int = 100_000
+    paths: int = 50_000
     radius: float | None = None
     alpha: float = 0.7
     beams: str = "short"
