@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from rich.console import Console
 
-from ..harness.findings import Check
+from .findings import Check
 
 
 def print_checks(console: Console, checks: list[Check]) -> None:
