@@ -17,7 +17,18 @@ BENCHMARKS = ROOT / "benchmarks" / "src" / "fastlines_bench"
 #: The modules at the top of the package; all others are in folders.
 AT_THE_TOP = "__init__ __main__ _core _engine arrays builder camera engines errors progress refit threads tree"
 #: The folders whose ``__init__`` has names of its own; that of others imports nothing, so that modules load alone.
-FACES = ("", ".cli", ".io", ".rendering", ".rendering.hair", ".rendering.looks", ".report", ".scenes", ".theory")
+FACES = (
+    "",
+    ".beams",
+    ".cli",
+    ".io",
+    ".rendering",
+    ".rendering.hair",
+    ".rendering.looks",
+    ".report",
+    ".scenes",
+    ".theory",
+)
 #: The longest file, in lines, by suffix. Stubs are generated.
 MAX_LINES = {".hpp": 350, ".cpp": 350, ".h": 350, ".pyi": 1000}
 MAX_OTHER_LINES = 400

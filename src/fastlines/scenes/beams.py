@@ -2,30 +2,24 @@
 
 A point light at `LIGHT` in the unit cube emits photons uniformly in all directions. Each flies a free path,
 exponential with the mean 1 / `EXTINCTION`. At its end it is scattered with the probability `ALBEDO`, or else absorbed
-(Russian roulette). The scattering angle follows Henyey and Greenstein (1941) with the mean cosine `G`. Inverting their
-distribution at a uniform ξ gives (Witt 1977; Pharr, Jakob, Humphreys, "Physically Based Rendering", 4th ed., §11.3.1)
-
-    cos θ = (1 + g² − ((1 − g²) / (1 − g + 2gξ))²) / 2g,     θ = 0 straight on.
+(Russian roulette). The scattering angle follows Henyey and Greenstein with the mean cosine `G`.
 
 The walls are perfect mirrors (reflectance 1). So only the medium ends a path, on average after 1 / (`EXTINCTION` · (1 −
 `ALBEDO`)) ≈ 8.3 units of length. Where a free path hits a wall, the rest of it continues after the reflection. Each
 flight, from the light, a wall or a scattering to the next wall, scattering or absorption, is a segment.
 
-Every photon has its own stream of random numbers (SplitMix64: Steele, Lea, Flood 2014), and takes only its key from the
-generator of the scene. So a photon's path does not depend on how many others are traced with it.
+Every photon has its own stream of random numbers, and takes only its key from the generator of the scene. So a
+photon's path does not depend on how many others are traced with it.
 """
 
 from __future__ import annotations
 
-from typing import TypeAlias
-
 import numpy as np
 import numpy.typing as npt
 
-from ..camera import Float64Array
 from ..geometry.lines import Lines
-
-UInt64Array: TypeAlias = npt.NDArray[np.uint64]
+from ..support.counter_random import Float64Array, UInt64Array, uniform
+from ..support.unit_directions import isotropic, scattering_cosine, turned
 
 LIGHT = (0.35, 0.6, 0.45)
 EXTINCTION = 0.8
@@ -63,8 +57,8 @@ def trace(keys: UInt64Array) -> tuple[Float64Array, npt.NDArray[np.int64]]:
     """
     photon = np.arange(len(keys))
     position = np.tile(LIGHT, (len(keys), 1))
-    direction = _isotropic(_uniform(keys, 0), _uniform(keys, 1))
-    path = _free_path(_uniform(keys, 2))
+    direction = isotropic(uniform(keys, 0), uniform(keys, 1))
+    path = _free_path(uniform(keys, 2))
     all_flights, all_photons = [], []
     draw = 3
     while len(photon):
@@ -86,9 +80,9 @@ def trace(keys: UInt64Array) -> tuple[Float64Array, npt.NDArray[np.int64]]:
         # Turn at the walls; scatter or end inside. At a wall a photon leaves its four random numbers unused.
         direction[mirrored] *= -1
         inside = np.flatnonzero(~reflected)
-        roulette, xi, azimuth, length = (_uniform(keys[inside], draw + i) for i in range(4))
+        roulette, xi, azimuth, length = (uniform(keys[inside], draw + i) for i in range(4))
         draw += 4
-        direction[inside] = _scatter(direction[inside], xi, azimuth)
+        direction[inside] = turned(direction[inside], scattering_cosine(G, xi), azimuth)
         path[inside] = _free_path(length)
         alive = reflected
         alive[inside] = roulette < ALBEDO
@@ -100,43 +94,5 @@ def trace(keys: UInt64Array) -> tuple[Float64Array, npt.NDArray[np.int64]]:
     return np.concatenate(all_flights)[order], photons[order]
 
 
-def _uniform(keys: UInt64Array, draw: int) -> Float64Array:
-    """Return random numbers in [0, 1): output number `draw` of SplitMix64 for each key as its seed."""
-    z = keys + np.uint64((draw + 1) * 0x9E3779B97F4A7C15 % 2**64)
-    z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
-    z = (z ^ (z >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
-    z = z ^ (z >> np.uint64(31))
-    return np.asarray((z >> np.uint64(11)) * 2.0**-53)
-
-
-def _free_path(uniform: Float64Array) -> Float64Array:
-    return np.asarray(-np.log1p(-uniform) / EXTINCTION)
-
-
-def _isotropic(u: Float64Array, v: Float64Array) -> Float64Array:
-    z, azimuth = 2 * u - 1, 2 * np.pi * v
-    sine = np.sqrt(1 - z * z)
-    return np.stack([sine * np.cos(azimuth), sine * np.sin(azimuth), z], axis=1)
-
-
-def _scatter(direction: Float64Array, xi: Float64Array, azimuth: Float64Array) -> Float64Array:
-    """Turn each direction by a Henyey–Greenstein angle."""
-    cosine = (1 + G * G - ((1 - G * G) / (1 - G + 2 * G * xi)) ** 2) / (2 * G)
-    sine = np.sqrt(np.maximum(0, 1 - cosine * cosine))
-    azimuth = 2 * np.pi * azimuth
-    across, over = sine * np.cos(azimuth), sine * np.sin(azimuth)
-
-    # Two axes across the direction (Duff et al. 2017, "Building an orthonormal basis, revisited").
-    x, y, z = direction.T
-    sign = np.copysign(1.0, z)
-    a = -1 / (sign + z)
-    b = x * y * a
-    turned = np.stack(
-        [
-            across * (1 + sign * x * x * a) + over * b + cosine * x,
-            across * sign * b + over * (sign + y * y * a) + cosine * y,
-            -across * sign * x - over * y + cosine * z,
-        ],
-        axis=1,
-    )
-    return np.asarray(turned / np.sqrt((turned**2).sum(axis=1, keepdims=True)))
+def _free_path(xi: Float64Array) -> Float64Array:
+    return np.asarray(-np.log1p(-xi) / EXTINCTION)

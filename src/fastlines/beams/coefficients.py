@@ -1,0 +1,64 @@
+"""Checks of coefficients and of power in red, green and blue, of points, directions and boxes."""
+
+from __future__ import annotations
+
+from typing import TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from ..arrays import to_float64
+from ..camera import Vector
+from ..errors import InputError
+from ..support.counter_random import Float64Array
+
+BoolArray: TypeAlias = npt.NDArray[np.bool_]
+
+
+def rgb(name: str, value: npt.ArrayLike, unit: str, most: float = np.inf) -> Vector:
+    """Check a number for all channels, or three numbers, from 0 to `most`.
+
+    Examples
+    --------
+    >>> rgb("power", 2, "in watts")
+    (2.0, 2.0, 2.0)
+    """
+    given = to_float64(value, name)
+    if given.shape not in ((), (3,)) or not np.isfinite(given).all() or given.min() < 0 or given.max() > most:
+        range_of = "that are not negative" if most == np.inf else f"from 0 to {most:g}"
+        raise InputError(f"{name}={value!r}; expected a number, or red, green and blue, {range_of}, {unit}")
+    red, green, blue = np.broadcast_to(given, 3).tolist()
+    return red, green, blue
+
+
+def point(name: str, value: npt.ArrayLike) -> Vector:
+    """Check a point: three finite numbers."""
+    given = to_float64(value, name)
+    if given.shape != (3,) or not np.isfinite(given).all():
+        raise InputError(f"{name}={value!r}; expected three finite numbers: x, y, z")
+    x, y, z = given.tolist()
+    return x, y, z
+
+
+def unit_direction(name: str, value: npt.ArrayLike) -> Vector:
+    """Check a direction, and return it at length one.
+
+    Examples
+    --------
+    >>> unit_direction("direction", (0, 3, 4))
+    (0.0, 0.6, 0.8)
+    """
+    given = np.array(point(name, value))
+    if not given.any():
+        raise InputError(f"{name}={value!r} has no length; expected a direction, such as (0, -1, 0)")
+    given /= np.abs(given).max()
+    x, y, z = (given / np.sqrt((given**2).sum())).tolist()
+    return x, y, z
+
+
+def check_box(name: str, box: npt.ArrayLike) -> Float64Array:
+    """Check a box of some volume: its lowest and highest corner, (2, 3)."""
+    corners = to_float64(box, name)
+    if corners.shape != (2, 3) or not np.isfinite(corners).all() or not (corners[1] > corners[0]).all():
+        raise InputError(f"{name}={corners.tolist()}; expected [[x, y, z], [x, y, z]]: its lowest and highest corner")
+    return corners

@@ -1,0 +1,163 @@
+"""A medium on a grid: smoke, clouds."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..arrays import FloatArray, to_float64
+from ..camera import Vector
+from ..errors import InputError
+from ..support.counter_random import Float64Array
+from ..support.immutable import frozen
+from .coefficients import check_box
+from .medium import Coefficients
+
+#: How many steps a path takes through a voxel, across the longest axis of a grid.
+STEPS_PER_VOXEL = 2
+#: How many places of a grid are looked up at a time.
+LOOKUPS = 1 << 20
+
+
+@dataclass(frozen=True, eq=False)
+class GridMedium(Coefficients):
+    """A medium whose density is given at the centres of voxels, linear in between.
+
+    Parameters
+    ----------
+    density : (nx, ny, nz) array
+        What absorption and scattering are multiplied by; not negative.
+    box : (2, 3) array
+        The lowest and the highest corner of the grid. The medium is nowhere else.
+    absorption, scattering, g
+        As in `HomogeneousMedium`, where the density is 1.
+
+    Raises
+    ------
+    InputError
+        If the density holds NaN or a negative number, or is 0 everywhere; if the box is empty; and as in
+        `HomogeneousMedium`.
+
+    Examples
+    --------
+    >>> smoke = GridMedium(np.ones((2, 2, 2)), [[0, 0, 0], [1, 1, 1]], absorption=0, scattering=2)
+    >>> t, depth = smoke.reach(np.zeros((1, 3)), np.array([[1.0, 0.0, 0.0]]), np.array([1.0]), np.array([0.25]))
+    >>> t.tolist(), depth.tolist()
+    ([0.25], [0.25])
+    """
+
+    density: FloatArray
+    box: Float64Array
+    absorption: Vector
+    scattering: Vector
+    g: float = 0.0
+    #: How many equal steps a path takes.
+    n_steps: int = field(default=0, init=False, repr=False)
+
+    def __init__(
+        self,
+        density: npt.ArrayLike,
+        box: npt.ArrayLike,
+        absorption: npt.ArrayLike,
+        scattering: npt.ArrayLike,
+        g: float = 0.0,
+    ) -> None:
+        corners, grid = check_box("box", box), to_float64(density, "density")
+        if grid.ndim != 3 or not grid.size:
+            raise InputError(f"density has shape {grid.shape}; expected (nx, ny, nz): one number for each voxel")
+        if bad := int((~np.isfinite(grid)).sum()):
+            raise InputError(f"density holds NaN or Inf in {bad} of {grid.size} voxels; give each a finite number")
+        if grid.min() < 0 or not grid.max() > 0:
+            raise InputError(
+                f"density is from {grid.min():g} to {grid.max():g}; expected no negative number, and some above 0"
+            )
+        values = {"density": grid.astype(np.float32), "box": corners, "n_steps": STEPS_PER_VOXEL * max(grid.shape) + 1}
+        for name, value in values.items():
+            object.__setattr__(self, name, frozen(value))
+        for name, given in (("absorption", absorption), ("scattering", scattering), ("g", g)):
+            object.__setattr__(self, name, given)
+        self._check()
+
+    def density_at(self, points: Float64Array) -> Float64Array:
+        """Return the density at points (n, 3); outside the box it is that of the nearest voxel."""
+        shape = np.array(self.density.shape)
+        place = (points - self.box[0]) / (self.box[1] - self.box[0]) * shape - 0.5
+        place = np.clip(place, 0, shape - 1)
+        low = np.minimum(place.astype(np.int64), np.maximum(shape - 2, 0))
+        part = place - low
+        step = (shape > 1) * np.array([shape[1] * shape[2], shape[2], 1])
+        first = low @ np.array([shape[1] * shape[2], shape[2], 1])
+        flat, found = self.density.reshape(-1), np.zeros(len(points))
+        for x, y, z in np.ndindex(2, 2, 2):
+            weight = np.ones(len(points))
+            for axis, high in enumerate((x, y, z)):
+                weight *= part[:, axis] if high else 1 - part[:, axis]
+            found += weight * flat[first + x * step[0] + y * step[1] + z * step[2]]
+        return found
+
+    def columns(self, origins: Float64Array, directions: Float64Array, lengths: Float64Array) -> Float64Array:
+        """Return the column depth at `n_steps` equal steps of paths, from 0 to their lengths, (n, n_steps)."""
+        depth = np.empty((len(origins), self.n_steps))
+        parts = np.linspace(0, 1, self.n_steps)
+        block = max(LOOKUPS // self.n_steps, 1)
+        for begin in range(0, len(origins), block):
+            rows = slice(begin, begin + block)
+            way = (directions[rows] * lengths[rows, None])[:, None] * parts[:, None]
+            density = self.density_at((origins[rows, None] + way).reshape(-1, 3)).reshape(-1, self.n_steps)
+            steps = (density[:, 1:] + density[:, :-1]) * (lengths[rows, None] / (2 * (self.n_steps - 1)))
+            depth[rows, 0] = 0
+            np.cumsum(steps, axis=1, out=depth[rows, 1:])
+        return depth
+
+    def reach(
+        self, origins: Float64Array, directions: Float64Array, lengths: Float64Array, depths: Float64Array
+    ) -> tuple[Float64Array, Float64Array]:
+        """See `Medium`."""
+        columns = self.columns(origins, directions, lengths)
+        step = np.clip((columns < depths[:, None]).sum(axis=1), 1, self.n_steps - 1)
+        rows = np.arange(len(step))
+        before, after = columns[rows, step - 1], columns[rows, step]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            part = np.where(after > before, (depths - before) / (after - before), 0.0)
+        t = lengths * (step - 1 + part) / (self.n_steps - 1)
+        passes = depths >= columns[:, -1]
+        return np.where(passes, lengths, t), np.minimum(depths, columns[:, -1])
+
+    def leg_options(
+        self, origins: Float64Array, directions: Float64Array, lengths: Float64Array
+    ) -> Iterator[tuple[slice, Mapping[str, Any]]]:
+        """See `Medium`; all channels together only where they have the same extinction."""
+        columns, extinction = self.columns(origins, directions, lengths), self.extinction
+        together = [slice(None)] if extinction.max() == extinction.min() else [slice(i, i + 1) for i in range(3)]
+        for channels in together:
+            yield channels, {"optical_depth": (columns * extinction[channels][0]).astype(np.float32)}
+
+    def transmittance(self, origins: Float64Array, directions: Float64Array, lengths: Float64Array) -> Float64Array:
+        """See `Medium`."""
+        return np.exp(-self.columns(origins, directions, lengths)[:, -1:] * self.extinction)
+
+    def sources(
+        self, segments: FloatArray, decay: Float64Array
+    ) -> tuple[FloatArray, npt.NDArray[np.intp] | None, Float64Array, Float64Array | float]:
+        """See `Medium`; beams are cut into pieces of a voxel, each of which has the density of its middle."""
+        start, way = segments[:, 0].astype(np.float64), np.diff(segments.astype(np.float64), axis=1)[:, 0]
+        length = np.sqrt((way**2).sum(axis=1))
+        voxel = ((self.box[1] - self.box[0]) / self.density.shape).min()
+        counts = np.maximum(np.ceil(length / voxel).astype(np.int64), 1)
+        beam = np.repeat(np.arange(len(segments)), counts)
+        first = np.cumsum(counts) - counts
+        number_of = np.arange(len(beam)) - first[beam]
+        ends = start[beam, None] + way[beam, None] * ((number_of[:, None] + [0, 1]) / counts[beam, None])[..., None]
+        ends[first, 0], ends[first + counts - 1, 1] = segments[:, 0], segments[:, 1]
+
+        # Add up the column depth of each beam to the middle of its pieces.
+        density = self.density_at(ends.mean(axis=1))
+        column = density * (length / counts)[beam]
+        total = np.cumsum(column)
+        to_middle = total - column / 2 - (total - column)[first][beam]
+        scattered = density[:, None] * self.scattering * np.exp(-to_middle[:, None] * decay)
+        return ends.astype(np.float32), beam, scattered, 0.0

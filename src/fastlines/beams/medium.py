@@ -1,0 +1,222 @@
+"""Media that scatter light: fog, smoke, water.
+
+A medium absorbs σ_a and scatters σ_s of the light per unit of length; together they are the extinction σ_t. All three
+are RGB. A grid multiplies them by a density ρ(x). The column depth D of a path is the integral of ρ along it, and its
+length where ρ = 1. So light of a channel passes with the probability exp(−σ_t · D), the transmittance.
+
+A photon's flight ends at the column depth −ln(1 − ξ) / σ_t. Channels may differ in σ_t: the flight is that of a channel
+chosen at random, and the power is weighted by the ratio of each channel's density to the mean of all (the balance
+heuristic). Where channels are the same, the weight is 1.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from ..arrays import FloatArray, number
+from ..camera import Vector
+from ..errors import InputError
+from ..support.counter_random import Float64Array, UInt64Array, uniform
+from .coefficients import BoolArray, rgb
+
+
+class Flights(NamedTuple):
+    """Flights of n photons through a medium.
+
+    Attributes
+    ----------
+    t : (n,) float64
+        Where each ends: at a collision, or at the end of the medium.
+    collides : (n,) bool
+        Whether it ends at a collision.
+    weight : (n, 3) float64
+        By what the power is multiplied.
+    reach : (n,) float64
+        The length of its short beam, which is not less than t.
+    """
+
+    t: Float64Array
+    collides: BoolArray
+    weight: Float64Array
+    reach: Float64Array
+
+
+class Medium(Protocol):
+    """What a scene asks of a medium; `HomogeneousMedium` and `GridMedium` are two.
+
+    Attributes
+    ----------
+    absorption, scattering : (3,) float
+        σ_a and σ_s per unit of length, where the density is 1.
+    g : float
+        The mean cosine of the angle of scattering.
+    """
+
+    @property
+    def absorption(self) -> Vector:
+        """σ_a."""
+
+    @property
+    def scattering(self) -> Vector:
+        """σ_s."""
+
+    @property
+    def g(self) -> float:
+        """The mean cosine."""
+
+    @property
+    def extinction(self) -> Float64Array:
+        """σ_t, (3,) float64."""
+
+    def reach(
+        self, origins: Float64Array, directions: Float64Array, lengths: Float64Array, depths: Float64Array
+    ) -> tuple[Float64Array, Float64Array]:
+        """Return where paths, (n,), reach column depths, at most their length; and the column depth there."""
+
+    def leg_options(
+        self, origins: Float64Array, directions: Float64Array, lengths: Float64Array
+    ) -> Iterator[tuple[slice, Mapping[str, Any]]]:
+        """Yield channels, and what `Tree.gather` needs to know of the transmittance along rays in them."""
+
+    def transmittance(self, origins: Float64Array, directions: Float64Array, lengths: Float64Array) -> Float64Array:
+        """Return the transmittance along paths, (n, 3)."""
+
+    def sources(
+        self, segments: FloatArray, decay: Float64Array
+    ) -> tuple[FloatArray, npt.NDArray[np.intp] | None, Float64Array, Float64Array | float]:
+        """Return the light that beams scatter per power.
+
+        Parameters
+        ----------
+        segments : (n, 2, 3) float32
+        decay : (3,) float64
+            The extinction along them.
+
+        Returns
+        -------
+        segments : (m, 2, 3) float32
+            The beams, cut where that is needed.
+        beam : (m,) int or None
+            The beam that each is a piece of; None if they are the beams themselves.
+        scattered : (m, 3) or (3,) float64
+            σ_s at the piece, and what has become of the power at its middle.
+        decay : (3,) float64 or 0.0
+            The extinction that is left to apply along each piece.
+        """
+
+
+def fly(
+    medium: Medium, origins: Float64Array, directions: Float64Array, lengths: Float64Array, keys: UInt64Array
+) -> Flights:
+    """Let photons fly through a medium until they collide with it, or at most a length.
+
+    Parameters
+    ----------
+    origins, directions : (n, 3) float64
+    lengths : (n,) float64
+        To the end of the medium.
+    keys : (n,) uint64
+        Of their random numbers.
+    """
+    extinction = medium.extinction
+    least = extinction.min()
+    depth = -np.log1p(-uniform(keys, 0))
+    if extinction.max() == least:
+        t, _ = medium.reach(origins, directions, lengths, depth / least)
+        return Flights(t, t < lengths, np.ones((len(t), 3)), t)
+    # Choose a channel, and weight the power by how likely each channel is to fly so.
+    chosen = np.minimum((uniform(keys, 1) * 3).astype(np.int64), 2)
+    with np.errstate(divide="ignore"):
+        ends = np.where(extinction > 0, depth[:, None] / extinction, np.inf)
+    t, column = medium.reach(origins, directions, lengths, ends[np.arange(len(ends)), chosen])
+    collides = t < lengths
+    passed = np.exp(-column[:, None] * extinction)
+    density = np.where(collides[:, None], extinction, 1.0) * passed
+    weight = density / density.mean(axis=1, keepdims=True)
+    reach, _ = medium.reach(origins, directions, lengths, ends.max(axis=1))
+    return Flights(t, collides, weight, reach)
+
+
+class Coefficients:
+    """The checks and properties that all media share."""
+
+    absorption: Vector
+    scattering: Vector
+    g: float
+
+    def _check(self) -> None:
+        for name in ("absorption", "scattering"):
+            object.__setattr__(self, name, rgb(name, getattr(self, name), "per unit of length"))
+        object.__setattr__(self, "g", number("g", self.g, "a mean cosine between -1 and 1", -0.999, 0.999))
+        if not any(self.scattering):
+            what = "has no extinction" if not any(self.absorption) else "only absorbs light"
+            raise InputError(
+                f"the medium {what}: scattering={self.scattering}; expected a number above 0 in a channel, as what "
+                "scatters no light is not seen"
+            )
+
+    @property
+    def extinction(self) -> Float64Array:
+        """σ_t per unit of length, (3,) float64."""
+        return np.add(self.absorption, self.scattering)
+
+
+@dataclass(frozen=True)
+class HomogeneousMedium(Coefficients):
+    """A medium that is the same everywhere.
+
+    Parameters
+    ----------
+    absorption, scattering : number or (3,) numbers
+        σ_a and σ_s per unit of length: for all channels, or for red, green and blue.
+    g : float
+        The mean cosine of the angle of scattering (Henyey and Greenstein 1941): 0 scatters evenly, near 1 straight on.
+
+    Raises
+    ------
+    InputError
+        If a number is negative or not finite, |g| is 1 or more, or nothing is scattered.
+
+    Examples
+    --------
+    >>> fog = HomogeneousMedium(absorption=0.1, scattering=(0.8, 0.9, 1.0), g=0.5)
+    >>> fog.extinction.round(6).tolist()
+    [0.9, 1.0, 1.1]
+    """
+
+    absorption: Vector
+    scattering: Vector
+    g: float = 0.0
+
+    def __init__(self, absorption: npt.ArrayLike, scattering: npt.ArrayLike, g: float = 0.0) -> None:
+        for name, value in (("absorption", absorption), ("scattering", scattering), ("g", g)):
+            object.__setattr__(self, name, value)
+        self._check()
+
+    def reach(
+        self, origins: Float64Array, directions: Float64Array, lengths: Float64Array, depths: Float64Array
+    ) -> tuple[Float64Array, Float64Array]:
+        """See `Medium`; column depth is length."""
+        t = np.minimum(depths, lengths)
+        return t, t
+
+    def leg_options(
+        self, origins: Float64Array, directions: Float64Array, lengths: Float64Array
+    ) -> Iterator[tuple[slice, Mapping[str, Any]]]:
+        """See `Medium`."""
+        yield slice(None), {"sigma": self.extinction}
+
+    def transmittance(self, origins: Float64Array, directions: Float64Array, lengths: Float64Array) -> Float64Array:
+        """See `Medium`."""
+        return np.exp(-lengths[:, None] * self.extinction)
+
+    def sources(
+        self, segments: FloatArray, decay: Float64Array
+    ) -> tuple[FloatArray, npt.NDArray[np.intp] | None, Float64Array, Float64Array | float]:
+        """See `Medium`; no beam is cut."""
+        return segments, None, np.asarray(self.scattering), decay

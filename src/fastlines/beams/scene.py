@@ -1,0 +1,122 @@
+"""A scene of photon beams: a medium in a box, lights, surfaces and a camera."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from ..arrays import kind_of
+from ..camera import Camera
+from ..errors import InputError
+from ..geometry.any_geometry import AnyGeometry
+from ..support.counter_random import Float64Array, UInt64Array, uniform
+from .coefficients import check_box
+from .lights import Emission, Light
+from .materials import Material
+from .medium import Medium
+from .surfaces import NoSurfaces, Surfaces, TracedSurfaces
+
+
+@dataclass(frozen=True, eq=False)
+class BeamScene:
+    """A medium in a box, lights, surfaces and a camera.
+
+    Parameters
+    ----------
+    medium : HomogeneousMedium, GridMedium or Medium
+        Fills the box, but for the inside of glass.
+    lights : sequence of PointLight, SpotLight, AreaLight, DirectionalLight or Light
+        They and the camera are outside of glass.
+    surfaces : sequence of pairs (geometry, material), or Surfaces
+        See `TracedSurfaces`.
+    camera : Camera, optional
+        Pictures need one, or rays instead.
+    box : (2, 3) array, optional
+        The lowest and the highest corner of the medium; by default those of its grid, or else of the surfaces.
+
+    Raises
+    ------
+    InputError
+        If there is no light, a surface cannot be used, or nothing says where the medium is.
+
+    Examples
+    --------
+    >>> import fastlines as fl
+    >>> fog = fl.beams.HomogeneousMedium(absorption=0, scattering=1)
+    >>> scene = BeamScene(fog, [fl.beams.PointLight((0, 0, 0), power=1)], box=[[-1, -1, -1], [1, 1, 1]])
+    >>> scene.box.tolist()
+    [[-1.0, -1.0, -1.0], [1.0, 1.0, 1.0]]
+    """
+
+    medium: Medium
+    lights: tuple[Light, ...]
+    surfaces: Surfaces
+    camera: Camera | None
+    box: Float64Array
+
+    def __init__(
+        self,
+        medium: Medium,
+        lights: Sequence[Light],
+        surfaces: Sequence[tuple[AnyGeometry, Material]] | Surfaces = (),
+        camera: Camera | None = None,
+        box: npt.ArrayLike | None = None,
+    ) -> None:
+        if not hasattr(medium, "reach"):
+            raise InputError(f"medium is {kind_of(medium)}; expected fl.beams.HomogeneousMedium or GridMedium")
+        several = tuple(lights) if isinstance(lights, Sequence) else (lights,)
+        if not several or not all(hasattr(light, "emit") for light in several):
+            raise InputError("lights: expected one or more, such as fl.beams.PointLight((0, 1, 0), power=1)")
+        if camera is not None and not isinstance(camera, Camera):
+            raise InputError(f"camera is {kind_of(camera)}; expected fl.Camera")
+        if isinstance(surfaces, Sequence):
+            surfaces = TracedSurfaces(surfaces) if surfaces else NoSurfaces()
+        known = getattr(medium, "box", surfaces.bounds) if box is None else box
+        if known is None:
+            raise InputError("nothing says where the medium is; give box=[[x, y, z], [x, y, z]], its corners")
+        parts = medium, several, surfaces, camera, check_box("box", known)
+        for name, value in zip(("medium", "lights", "surfaces", "camera", "box"), parts, strict=True):
+            object.__setattr__(self, name, value)
+
+    @property
+    def power(self) -> Float64Array:
+        """The power of all lights, (3,) float64."""
+        return np.array([light.total_power(self.box) for light in self.lights]).sum(axis=0)
+
+    def emit(self, keys: UInt64Array) -> Emission:
+        """Emit a photon for each key, (n,) uint64, from a light chosen by its power; the mean of power is `power`."""
+        chances = np.array([sum(light.total_power(self.box)) for light in self.lights])
+        chances /= chances.sum()
+        if len(self.lights) == 1:
+            return self.lights[0].emit(keys, self.box)
+        chosen = np.searchsorted(np.cumsum(chances)[:-1], uniform(keys, 63), side="right")
+        origins, directions, power = np.empty((3, len(keys), 3))
+        made = Emission(origins, directions, power, np.empty(len(keys), np.bool_))
+        for i, light in enumerate(self.lights):
+            here = np.flatnonzero(chosen == i)
+            one = light.emit(keys[here], self.box)
+            for column, values in zip(made, one._replace(power=one.power / chances[i]), strict=True):
+                column[here] = values
+        return made
+
+    def in_box(self, origins: Float64Array, directions: Float64Array) -> tuple[Float64Array, Float64Array]:
+        """Return where rays, (n, 3) each, enter the box of the medium, at least 0, and leave it; t in > t out = miss.
+
+        Examples
+        --------
+        >>> import fastlines as fl
+        >>> fog, light = fl.beams.HomogeneousMedium(0, 1), fl.beams.PointLight((0, 0, 0), power=1)
+        >>> scene = BeamScene(fog, [light], box=[[-1, -1, -1], [1, 1, 1]])
+        >>> scene.in_box(np.array([[0.0, 0.0, -3.0]]), np.array([[0.0, 0.0, 1.0]]))
+        (array([2.]), array([4.]))
+        """
+        with np.errstate(divide="ignore", invalid="ignore"):
+            planes = (self.box[:, None] - origins) / directions
+        # A ray along a plane is between its two planes everywhere, or nowhere.
+        beside = np.isnan(planes)
+        low = np.where(beside, -np.inf, planes).min(axis=0).max(axis=1)
+        high = np.where(beside, np.inf, planes).max(axis=0).min(axis=1)
+        return np.maximum(low, 0.0), high
