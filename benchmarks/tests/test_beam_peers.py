@@ -69,9 +69,9 @@ def check(found, expected):
 
 def test_lists(cube, rays, expected):
     tree = fl.build(cube.lines, "bvh-cl")
-    whole = GIVEN.listed(tree, rays, cube.powers, 1 << 30)
+    whole = GIVEN.listed(tree, cube.lines, rays, cube.powers, 1 << 30)
     check(whole, expected)
-    np.testing.assert_allclose(GIVEN.listed(tree, rays, cube.powers, 50_000), whole, rtol=1e-12)
+    np.testing.assert_allclose(GIVEN.listed(tree, cube.lines, rays, cube.powers, 50_000), whole, rtol=1e-12)
 
 
 @needs_compiler

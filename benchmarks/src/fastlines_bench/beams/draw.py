@@ -50,7 +50,7 @@ def _draw_point_light(figure: Any, part: Figures) -> None:
 
 def _draw_passes(figure: Any, part: Figures) -> None:
     panel = figure.subplots(1, 1)
-    numbers = [point["pass"] for point in part.points]
+    numbers = range(1, len(part.points) + 1)
     for name, label, colour in (("ours_s", "fastlines", OUR_COLOUR), ("embree_s", "Embree", THEIR_COLOUR)):
         panel.plot(numbers, [point[name] for point in part.points], "o-", markersize=3, color=colour, label=label)
     panel.set(xlabel="pass", ylabel="seconds of build and gather", title=part.title)

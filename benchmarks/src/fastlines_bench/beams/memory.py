@@ -55,7 +55,7 @@ def main(text: str) -> None:
     if way == "gather":
         given.ours(tree, rays, cube.powers)
     else:
-        given.listed(tree, rays, cube.powers, AT_ONCE)
+        given.listed(tree, cube.lines, rays, cube.powers, AT_ONCE)
     print(_peak() - before)
 
 

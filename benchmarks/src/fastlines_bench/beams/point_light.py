@@ -67,9 +67,9 @@ def run_point_light(
         sums: dict[float, list[Float64Array]] = {radius: [] for radius in radii}
         for j in range(n_passes):
             progress(f"{kind} beams, pass {j + 1} of {n_passes}", (i + j / n_passes) / 2)
-            beams = _beams(n_beams // n_passes, kind, j)
+            beams = _beams(n_beams // n_passes, kind, seed=i * n_passes + j)
             tree = fl.build(beams.lines, "bvh-cl")
-            origins, directions = _rays(b, h, j)
+            origins, directions = _rays(b, h, i * n_passes + j)
             ends = {"t_max": np.repeat(2 * h, N_RAYS).astype(np.float32)}
             for radius in radii:
                 found = tree.gather(origins, directions, radius, _values(beams), phase=0.0, **_decay(beams), **ends).sum
@@ -158,7 +158,7 @@ def _figures(
     small, large = theory
     rows, points = [], []
     for i in range(len(b)):
-        row: list[Any] = [float(b[i]), float(exact[i])]
+        row: list[Any] = [f"{b[i]:.3f}", f"{exact[i]:.5f}"]
         for radius in theory:
             for kind in ("long", "short"):
                 found = measured[kind, radius]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 
 from ..harness.clock import clock, timed
 from ..harness.figures import Figures
@@ -37,12 +38,12 @@ def run_radii(
         for i, radius in enumerate(radii):
             progress(f"radius {radius:g}", (i + 1) / (len(radii) + 1))
             given = cube.gathering(radius)
-            mine, ours_s = timed(lambda given=given: given.ours(tree, cube.rays, cube.powers), now)()
+            mine, ours_s = timed(partial(given.ours, tree, cube.rays, cube.powers), now)()
             theirs = gather_embree(cube, radius, rebuilt, n_threads)
             scene.radius = radius
-            other, other_s = timed(lambda given=given: scenes.gather(kept, given, cube.rays, cube.powers), now)()
+            other, other_s = timed(partial(scenes.gather, kept, given, cube.rays, cube.powers), now)()
             worst = max(worst, difference(mine, theirs.sums), difference(mine, other))
-            rows.append((radius, ours_s, theirs.build_s, theirs.gather_s, other_s))
+            rows.append((f"{radius:g}", ours_s, theirs.build_s, theirs.gather_s, other_s))
     heads = (
         "radius",
         "ours, s",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -48,7 +49,7 @@ def gather_ours(cube: Cube, radius: float, method: str, n_threads: int) -> Timed
     """Build our tree, and gather once."""
     tree, build_s = build_tree(cube, method, n_threads)
     given = cube.gathering(radius)
-    sums, gather_s = timed(lambda: given.ours(tree, cube.rays, cube.powers), clock(n_threads))()
+    sums, gather_s = timed(partial(given.ours, tree, cube.rays, cube.powers), clock(n_threads))()
     return Timed(build_s, gather_s, sums)
 
 
@@ -57,7 +58,7 @@ def gather_embree(cube: Cube, radius: float, config: Config, n_threads: int) -> 
     scenes = Scenes(cube.lines, radius, (0, 0, 0), n_threads)
     build_s = scenes.build_seconds(config.build)
     given = cube.gathering(radius)
-    sums, gather_s = timed(lambda: scenes.gather(config, given, cube.rays, cube.powers), clock(n_threads))()
+    sums, gather_s = timed(partial(scenes.gather, config, given, cube.rays, cube.powers), clock(n_threads))()
     return Timed(build_s, gather_s, sums)
 
 
@@ -67,7 +68,8 @@ def best_method(cube: Cube, radius: float, methods: Sequence[str], n_threads: in
     seconds = {}
     for method in methods:
         tree, build_s = build_tree(cube, method, n_threads)
-        takes = [timed(lambda tree=tree: given.ours(tree, few, cube.powers), clock(n_threads))()[1] for _ in range(2)]
+        gather = timed(partial(given.ours, tree, few, cube.powers), clock(n_threads))
+        takes = [gather()[1] for _ in range(2)]
         seconds[method] = build_s + min(takes) * len(cube.rays) / len(few)
     return min(seconds, key=lambda method: seconds[method])
 

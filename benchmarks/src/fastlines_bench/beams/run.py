@@ -27,6 +27,8 @@ class BeamsPreset(Preset):
         The number of threads of all sides.
     rounds : int
         How often each side gathers.
+    floors : bool
+        Whether times and memory are compared with those that are wanted, which are for full size.
     method, methods : str, tuple of str
         How our tree is built; in the part ``passes``, the fastest of several.
     size : int
@@ -52,6 +54,7 @@ class BeamsPreset(Preset):
     parts: tuple[str, ...] = PARTS
     n_threads: int = 1
     rounds: int = sized(3, 1)
+    floors: bool = sized(True, False)
     method: str = "best"
     methods: tuple[str, ...] = sized(("best", "bvh-cl"), ("bvh-cl",))
     size: int = sized(512, 64)
@@ -60,7 +63,7 @@ class BeamsPreset(Preset):
     brute_rays: int = sized(1 << 10, 1 << 8)
     memory_rays: int = sized(1 << 14, 1 << 12)
     point_beams: int = sized(4_000_000, 40_000)
-    point_passes: int = sized(40, 10)
+    point_passes: int = sized(40, 20)
     point_radii: tuple[float, float] = (0.005, 0.02)
     cut_beams: int = sized(20_000, 1_000)
     pass_beams: int = sized(100_000, 5_000)
@@ -68,7 +71,7 @@ class BeamsPreset(Preset):
     pass_radius: float = 0.005
     radii_beams: int = sized(100_000, 5_000)
     radii: tuple[float, ...] = sized((0.0005, 0.001, 0.002, 0.003, 0.004, 0.005), (0.001, 0.005))
-    caustic_size: int = sized(256, 32)
+    caustic_size: int = sized(128, 32)
     caustic_paths: int = sized(100_000, 5_000)
     caustic_radius: float = 0.02
     caustic_s: float = sized(40.0, 2.0)
@@ -117,6 +120,7 @@ def run_beams(
         preset.memory_rays,
         preset.method,
         preset.rounds,
+        preset.floors,
         n_threads,
     )
     caustic = CausticSize(
@@ -126,6 +130,7 @@ def run_beams(
         preset.caustic_s,
         preset.reference_s,
         preset.variant,
+        preset.floors,
         n_threads,
     )
     calls: dict[str, Callable[[], Figures]] = {
@@ -134,7 +139,14 @@ def run_beams(
         ),
         "gather": lambda: run_gather(gathers, progress),
         "passes": lambda: run_passes(
-            preset.pass_beams, preset.passes, preset.pass_radius, preset.size, preset.methods, n_threads, progress
+            preset.pass_beams,
+            preset.passes,
+            preset.pass_radius,
+            preset.size,
+            preset.methods,
+            preset.floors,
+            n_threads,
+            progress,
         ),
         "radii": lambda: run_radii(preset.radii_beams, preset.radii, preset.size, preset.method, n_threads, progress),
         "caustic": lambda: run_caustic(caustic, progress),

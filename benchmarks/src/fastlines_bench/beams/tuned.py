@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -46,7 +47,7 @@ def tune_embree(
 ) -> list[Tuned]:
     """Try all configurations of Embree's user geometry; return them all."""
     length, diagonal = _total_length(cube), float(np.linalg.norm(np.ptp(cube.lines.bounds, axis=0)))
-    found = []
+    found, few = [], cube.rays.part(TRIED)
     for quality in qualities:
         for share in PIECES:
             piece = share * diagonal
@@ -57,31 +58,22 @@ def tune_embree(
             for width in widths(scenes, build):
                 for coherent in (False, True) if width > 1 else (False,):
                     config = Config(build, width, coherent)
-                    took = _trial(lambda config=config, scenes=scenes: _gather(scenes, config, cube, given), n_threads)
-                    found.append(Tuned(config, scenes.build_seconds(build), took * len(cube.rays) / _n_tried(cube)))
+                    took = _trial(partial(scenes.gather, config, given, few, cube.powers), n_threads)
+                    found.append(Tuned(config, scenes.build_seconds(build), took * len(cube.rays) / len(few)))
     return found
 
 
 def tune_grid(cube: Cube, given: Gathering, n_threads: int) -> list[Tuned]:
     """Try all resolutions of a grid; return them all."""
     side = float(np.ptp(cube.lines.bounds, axis=0).max())
-    found = []
+    found, few = [], cube.rays.part(TRIED)
     for resolution in RESOLUTIONS:
         if 2 * _total_length(cube) / side * resolution > MAX_REFS:
             continue
-        grid, built = timed(lambda n=resolution: BeamGrid(cube.lines, given.radius, n), clock(n_threads))()
-        few = cube.rays.part(TRIED)
-        took = _trial(lambda grid=grid, few=few: grid.gather(given, few, cube.powers, n_threads), n_threads)
+        grid, built = timed(partial(BeamGrid, cube.lines, given.radius, resolution), clock(n_threads))()
+        took = _trial(partial(grid.gather, given, few, cube.powers, n_threads), n_threads)
         found.append(Tuned(resolution, built, took * len(cube.rays) / len(few)))
     return found
-
-
-def _gather(scenes: Scenes, config: Config, cube: Cube, given: Gathering) -> Any:
-    return scenes.gather(config, given, cube.rays.part(TRIED), cube.powers)
-
-
-def _n_tried(cube: Cube) -> int:
-    return len(cube.rays.part(TRIED))
 
 
 def _trial(do: Callable[[], Any], n_threads: int) -> float:

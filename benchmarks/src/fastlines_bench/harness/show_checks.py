@@ -14,6 +14,8 @@ def print_checks(console: Console, checks: list[Check]) -> None:
     console.print("What is wanted:")
     for check in checks:
         verdict = {True: "yes", False: "NO", None: "not measured"}[check.holds]
-        figure = "–" if check.figure is None else f"{check.figure:.2f}"
+        figure = (
+            "–" if check.figure is None else f"{check.figure:.2f}" if check.figure >= 0.1 else f"{check.figure:.1e}"
+        )
         bound = f"at least {check.least:g}" if check.least else f"at most {check.most:g}"
         console.print(f"  {verdict}: {check.scene}, {check.what}: {figure}, {bound}", highlight=False)

@@ -38,9 +38,9 @@ class FogScene:
     ball_centre: Vector = (0.0, 0.25, 0.0)
     ball_radius: float = 0.35
     ior: float = 1.5
-    light_corner: Vector = (-0.05, 1.001, -0.05)
-    light_u: Vector = (0.1, 0.0, 0.0)
-    light_v: Vector = (0.0, 0.0, 0.1)
+    light_corner: Vector = (-0.1, 1.001, -0.1)
+    light_u: Vector = (0.2, 0.0, 0.0)
+    light_v: Vector = (0.0, 0.0, 0.2)
     power: float = 10.0
 
     @property
@@ -59,7 +59,7 @@ class FogScene:
         towards = np.subtract(self.ball_centre, origins, dtype=np.float64)
         passes = np.linalg.norm(np.cross(towards, directions), axis=1)
         pixel = 2 * np.tan(np.radians(self.camera.fov_degrees) / 2) * np.linalg.norm(towards, axis=1) / self.size
-        return (passes > self.ball_radius + 2 * pixel).reshape(self.size, self.size)
+        return np.reshape(passes > self.ball_radius + 2 * pixel, (self.size, self.size))
 
     def beams(self) -> fl.beams.BeamScene:
         """Return the scene for photon beams."""

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fastlines import Tree
+from fastlines import Lines, Tree
 
 from ..harness.arrays import Float64Array, FloatArray
 from ..harness.rays import RayBatch
@@ -54,14 +54,16 @@ class Gathering:
         )
         return np.asarray(found.sum)
 
-    def listed(self, tree: Tree, rays: RayBatch, powers: FloatArray, max_bytes: int) -> Float64Array:
-        """Return the sums of lists of hits by NumPy, in parts of `max_bytes`."""
+    def listed(self, tree: Tree, lines: Lines, rays: RayBatch, powers: FloatArray, max_bytes: int) -> Float64Array:
+        """Return the sums of lists of hits of the lines' tree by NumPy, in parts of `max_bytes`."""
         sums = np.zeros((len(rays), powers.shape[1]))
-        edges = tree.geometry.segments[:, 1] - tree.geometry.segments[:, 0]
+        edges = lines.segments[:, 1] - lines.segments[:, 0]
         lengths = np.sqrt((edges * edges).sum(axis=1))
         towards = edges / lengths[:, None]
-        bounds = {"t_min": rays.t_min, "t_max": rays.t_max}
-        for hits in tree.iter_all_hits(rays.origins, rays.directions, self.radius, max_bytes=max_bytes, **bounds):
+        parts = tree.iter_all_hits(
+            rays.origins, rays.directions, self.radius, max_bytes=max_bytes, t_min=rays.t_min, t_max=rays.t_max
+        )
+        for hits in parts:
             inner = (hits.t > rays.t_min) & (hits.t < rays.t_max) & (hits.u > 0) & (hits.u < 1)
             ray, prim, t, u, distance = (
                 column[inner] for column in (hits.ray, hits.prim, hits.t, hits.u, hits.distance)
