@@ -7,10 +7,11 @@ from typing import TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from ..arrays import to_float64
+from ..arrays import list_rows, to_float64
 from ..camera import Vector
 from ..errors import InputError
 from ..support.counter_random import Float64Array
+from ..support.vectors import dot
 
 BoolArray: TypeAlias = npt.NDArray[np.bool_]
 
@@ -54,6 +55,26 @@ def unit_direction(name: str, value: npt.ArrayLike) -> Vector:
     given /= np.abs(given).max()
     x, y, z = (given / np.sqrt((given**2).sum())).tolist()
     return x, y, z
+
+
+def unit_rays(origins: npt.ArrayLike, directions: npt.ArrayLike) -> tuple[Float64Array, Float64Array]:
+    """Check rays, or one, and return them as (n, 3) float64 each, with unit directions.
+
+    Examples
+    --------
+    >>> unit_rays([[0, 0, 0], [1, 0, 0]], [0, 0, 2])[1].tolist()
+    [[0.0, 0.0, 1.0], [0.0, 0.0, 1.0]]
+    """
+    given = to_float64(origins, "origins"), to_float64(directions, "directions")
+    if any(array.ndim not in (1, 2) or array.shape[-1] != 3 for array in given):
+        shapes = f"{given[0].shape} and {given[1].shape}"
+        raise InputError(f"origins and directions have shapes {shapes}; expected (n, 3) each: x, y, z of each ray")
+    starts, ways = (np.array(array) for array in np.broadcast_arrays(*map(np.atleast_2d, given)))
+    length = np.sqrt(dot(ways, ways))
+    bad = ~(np.isfinite(starts).all(axis=1) & np.isfinite(length) & (length > 0))
+    if bad.any():
+        raise InputError(f"{int(bad.sum())} of {len(bad)} rays are not finite, or have no direction ({list_rows(bad)})")
+    return starts, ways / length[:, None]
 
 
 def check_box(name: str, box: npt.ArrayLike) -> Float64Array:

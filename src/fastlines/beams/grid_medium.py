@@ -19,6 +19,8 @@ from .medium import Coefficients
 
 #: How many steps a path takes through a voxel, across the longest axis of a grid.
 STEPS_PER_VOXEL = 2
+#: The most extinction along a piece of a beam, which has the power of its middle.
+MAX_DECAY = 0.1
 #: How many places of a grid are looked up at a time.
 LOOKUPS = 1 << 20
 
@@ -143,11 +145,12 @@ class GridMedium(Coefficients):
     def sources(
         self, segments: FloatArray, decay: Float64Array
     ) -> tuple[FloatArray, npt.NDArray[np.intp] | None, Float64Array, Float64Array | float]:
-        """See `Medium`; beams are cut into pieces of a voxel, each of which has the density of its middle."""
+        """See `Medium`; beams are cut into pieces of at most a voxel, each of which has the density of its middle."""
         start, way = segments[:, 0].astype(np.float64), np.diff(segments.astype(np.float64), axis=1)[:, 0]
         length = np.sqrt((way**2).sum(axis=1))
         voxel = ((self.box[1] - self.box[0]) / self.density.shape).min()
-        counts = np.maximum(np.ceil(length / voxel).astype(np.int64), 1)
+        fade = float(self.density.max() * decay.max()) / MAX_DECAY
+        counts = np.maximum(np.ceil(length * max(1 / voxel, fade)).astype(np.int64), 1)
         beam = np.repeat(np.arange(len(segments)), counts)
         first = np.cumsum(counts) - counts
         number_of = np.arange(len(beam)) - first[beam]

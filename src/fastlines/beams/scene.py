@@ -84,7 +84,7 @@ class BeamScene:
     @property
     def power(self) -> Float64Array:
         """The power of all lights, (3,) float64."""
-        return np.array([light.total_power(self.box) for light in self.lights]).sum(axis=0)
+        return np.asarray(np.array([light.total_power(self.box) for light in self.lights]).sum(axis=0))
 
     def emit(self, keys: UInt64Array) -> Emission:
         """Emit a photon for each key, (n,) uint64, from a light chosen by its power; the mean of power is `power`."""

@@ -20,6 +20,7 @@ from ..geometry.any_geometry import AnyGeometry
 from ..geometry.collection import Geometry
 from ..geometry.shapes import TRIANGLE
 from ..query.hits import FirstHits
+from ..rendering.state import describe, digest
 from ..support.counter_random import Float64Array, UInt64Array
 from ..support.vectors import dot
 from .coefficients import BoolArray
@@ -94,6 +95,9 @@ class Surfaces(Protocol):
     def intersect(self, origins: Float64Array, directions: Float64Array) -> SurfaceHits:
         """Find the nearest surface along rays, (n, 3) each, of unit directions."""
 
+    def fingerprint(self) -> str:
+        """Return a text that other surfaces do not have, by which an unfinished picture knows its scene."""
+
 
 @dataclass(frozen=True)
 class NoSurfaces:
@@ -105,6 +109,10 @@ class NoSurfaces:
         """See `Surfaces`."""
         none = np.zeros((len(origins), 3))
         return TracedHits((), np.full(len(origins), np.inf), np.zeros(len(origins), np.int64), none, none, none, 0.0)
+
+    def fingerprint(self) -> str:
+        """See `Surfaces`."""
+        return "none"
 
 
 @dataclass(frozen=True, eq=False)
@@ -199,6 +207,10 @@ class TracedSurfaces:
             points[leaves] = np.where(is_same, back.points(), ends)
             normals[leaves] = np.where(is_same, back.normals(), way[leaves])
         return TracedHits(self.materials, t, part, points, normals, directions, self.off)
+
+    def fingerprint(self) -> str:
+        """See `Surfaces`."""
+        return f"{digest(self.geometry)} {describe(self.materials)}"
 
     def _outward(self, entered: FirstHits) -> Float64Array:
         """Return the normals of what rays enter; those of triangles by the order of their corners."""

@@ -76,7 +76,7 @@ def write_depth(path: str | os.PathLike[str], depth: FloatArray) -> None:
     """
     if check_image_path(path) != ".exr":
         raise InputError(f"{path}: depths are written as .exr")
-    _write_channels(path, channels_of({"depth": depth}))
+    write_channels(path, channels_of({"depth": depth}))
 
 
 def write_light(
@@ -102,7 +102,7 @@ def write_light(
     if check_image_path(path) != ".exr":
         raise InputError(f"{path}: light and AOVs are written as .exr")
     colors = np.clip(np.concatenate([light, alpha[..., None]], axis=2), 0, HALF_MAX).astype(np.float16)
-    _write_channels(path, dict(zip("RGBA", np.moveaxis(colors, 2, 0), strict=True)) | channels_of(aovs))
+    write_channels(path, dict(zip("RGBA", np.moveaxis(colors, 2, 0), strict=True)) | channels_of(aovs))
 
 
 def channels_of(aovs: Mapping[str, AnyArray]) -> dict[str, AnyArray]:
@@ -128,7 +128,8 @@ def channels_of(aovs: Mapping[str, AnyArray]) -> dict[str, AnyArray]:
     return channels
 
 
-def _write_channels(path: str | os.PathLike[str], channels: Mapping[str, AnyArray]) -> None:
+def write_channels(path: str | os.PathLike[str], channels: Mapping[str, AnyArray]) -> None:
+    """Write channels, (height, width) each, as one EXR; the file appears whole or not at all."""
     exr = optional("OpenEXR", "writing .exr", "exr")
     header = {"compression": exr.ZIP_COMPRESSION, "type": exr.scanlineimage}
     with atomic_write(path) as partial:

@@ -1,0 +1,90 @@
+"""A picture of the light in a medium: its radiance, how sure it is, and its files."""
+
+from __future__ import annotations
+
+import io
+import math
+import os
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..arrays import FloatArray
+from ..rendering.pictures.images import check_image_path, save_png, write_channels
+from ..rendering.pictures.picture import Picture
+from ..support.texts import counted
+
+#: What fraction of the pixels is darker than the light that `WHITE` is for, in a picture whose exposure is not given.
+BRIGHT = 0.98
+#: What a filmic curve gets of that light.
+WHITE = 1.0
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class BeamPicture:
+    """The light of the pixels of a picture.
+
+    Attributes
+    ----------
+    radiance : (height, width, 3) float32
+        Red, green and blue, in power per area and solid angle.
+    variance : (height, width, 3) float32
+        Of the radiance: the square of its standard error, from the differences of passes; NaN of a single pass.
+    n_passes : int
+        How many passes are averaged; each is one ray a pixel.
+    n_paths : int
+        How many photons were emitted.
+    radius : float
+        Of the blur in the last pass.
+    """
+
+    radiance: FloatArray
+    variance: FloatArray
+    n_passes: int
+    n_paths: int
+    radius: float
+
+    def __repr__(self) -> str:
+        height, width = self.radiance.shape[:2]
+        return f"<BeamPicture: {width} × {height} pixels, {counted(self.n_passes, 'passes')}>"
+
+    def _repr_png_(self) -> bytes:
+        file = io.BytesIO()
+        save_png(file, self.for_screen().to_bytes())
+        return file.getvalue()
+
+    def for_screen(self, exposure: float | None = None) -> Picture:
+        """Return a picture for the eye.
+
+        Parameters
+        ----------
+        exposure : float, optional
+            The light is multiplied by 2 to this power; by default so that 2 % of the pixels are brighter than white.
+        """
+        if exposure is None:
+            bright = float(np.quantile(self.radiance.max(axis=2), BRIGHT))
+            exposure = math.log2(WHITE / bright) if bright > 0 else 0.0
+        shape = self.radiance.shape
+        backdrop = np.zeros(shape, np.float32)
+        return Picture(self.radiance, np.ones(shape[:2], np.float32), backdrop, self.n_passes, exposure=exposure)
+
+    def save(self, path: str | os.PathLike[str], exposure: float | None = None) -> None:
+        """Write the picture as a .png for the eye, or its numbers as an .exr.
+
+        An .exr has the radiance as the channels R, G and B, its variance as ``variance.R``, ``variance.G`` and
+        ``variance.B``, and the number of passes as ``samples``. The exposure is for a .png alone.
+
+        Raises
+        ------
+        InputError
+            If the extension is unknown.
+        MissingExtraError
+            If an .exr is to be written, and OpenEXR is not installed.
+        """
+        if check_image_path(path) == ".png":
+            self.for_screen(exposure).save(path)
+            return
+        samples = np.full(self.radiance.shape[:2], self.n_passes, np.uint32)
+        of_channels = zip("RGB", np.moveaxis(self.radiance, 2, 0), strict=True)
+        variances = zip(("variance.R", "variance.G", "variance.B"), np.moveaxis(self.variance, 2, 0), strict=True)
+        write_channels(path, {**dict(of_channels), **dict(variances), "samples": samples})

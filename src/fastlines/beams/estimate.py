@@ -1,0 +1,195 @@
+"""Estimates of the light that a medium scatters towards a camera, from beams of light.
+
+A ray o + t·ω crosses a beam p + s·d at the distance u, at the angle θ. Light that leaves the beam towards the camera
+has turned by the angle of cosine −ω·d. With Φ the power of the beam, N the number of photons, Tr the transmittance and
+f the phase function, the *beam × beam* estimate with a one-dimensional kernel is (Jarosz et al. 2011, "A comprehensive
+theory of volumetric radiance estimation using photon points and beams"):
+
+    L = Σ  Φ/N · σ_s · f(−ω·d) · Tr(0 → t) · W(s) · k(u) / sin θ,      k(u) = 1/(2R) or 3/(4R) · (1 − u²/R²)
+
+over the beams with u < R. W is 1 for short beams, and the transmittance from the beginning of long ones. The sum is one
+call of `Tree.gather`, which lists no hits, and leaves out those at the ends of beams and rays: these ends would add the
+light of half a capsule each.
+
+The *point × beam* estimate takes points at random on each ray, and the beams around each within the radius, by
+`Tree.within`: a two-dimensional kernel, 1/(πR²) or 2/(πR²) · (1 − u²/R²), and the mean of the points times the length.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from ..arrays import FloatArray, choice, count, number
+from ..builder import build
+from ..geometry.lines import Lines
+from ..support.counter_random import Float64Array, UInt64Array, random_bits, uniform
+from ..support.vectors import dot
+from ..tree import Tree
+from .camera_paths import Legs, camera_legs
+from .coefficients import unit_rays
+from .photons import Beams
+from .scene import BeamScene
+
+#: The kernels of the blur.
+BLURS = ("box", "epanechnikov")
+#: The estimators.
+ESTIMATORS = ("beam", "point")
+#: How many points the point × beam estimate takes on each leg of a ray.
+POINTS = 16
+#: How many points are looked up at a time.
+POINTS_AT_A_TIME = 1 << 17
+
+
+class BeamMap:
+    """A tree over beams, and the light that each scatters: all that an estimate of radiance reads.
+
+    Parameters
+    ----------
+    scene : BeamScene
+    beams : Beams
+        Of `trace_photons`.
+    method : str, optional
+        The tree to build; see `fastlines.build`.
+
+    Attributes
+    ----------
+    tree : Tree
+        Over the beams, which are cut into pieces in a medium on a grid.
+    values : (n, 3) float32
+        Φ/N · σ_s of each, and 1/4π if the medium scatters evenly.
+    decay : (3,) float64
+        The extinction along them.
+
+    Examples
+    --------
+    >>> import fastlines as fl
+    >>> fog = fl.beams.HomogeneousMedium(absorption=0.5, scattering=0.5)
+    >>> light = fl.beams.PointLight((0, 0, 0), power=100)
+    >>> scene = fl.beams.BeamScene(fog, [light], box=[[-1, -1, -1], [1, 1, 1]])
+    >>> beam_map = BeamMap(scene, fl.beams.trace_photons(scene, 10_000))
+    >>> beam_map.radiance([[0.2, 0.1, -3]], [[0, 0, 1]], radius=0.05).shape
+    (1, 3)
+    """
+
+    tree: Tree
+    values: FloatArray
+    decay: Float64Array
+
+    def __init__(self, scene: BeamScene, beams: Beams, method: str | None = None) -> None:
+        self.scene = scene
+        segments, piece_of, scattered, decay = scene.medium.sources(beams.lines.segments, beams.decay)
+        self.lines = beams.lines if piece_of is None else Lines.from_segments(segments)
+        power = beams.power if piece_of is None else beams.power[piece_of]
+        self.tree = build(self.lines, method)
+        self.g = scene.medium.g or None
+        self.values = (power * (scattered / beams.n_paths * (1.0 if self.g else 0.25 / np.pi))).astype(np.float32)
+        self.decay = np.broadcast_to(decay, 3)
+
+    def radiance(
+        self,
+        origins: npt.ArrayLike,
+        directions: npt.ArrayLike,
+        radius: float,
+        *,
+        keys: UInt64Array | None = None,
+        blur: str = "box",
+        estimator: str = "beam",
+        points: int = POINTS,
+    ) -> Float64Array:
+        """Estimate the radiance that arrives along rays, through mirrors and glass.
+
+        Parameters
+        ----------
+        origins, directions : (n, 3) array
+            Outside of glass.
+        radius : float
+            Of the blur, in the unit of the coordinates.
+        keys : (n,) uint64, optional
+            Of the random numbers of each ray; by default their numbers.
+        blur : {"box", "epanechnikov"}
+        estimator : {"beam", "point"}
+            Beam × beam, with a kernel of one dimension, or point × beam, with one of two.
+        points : int
+            How many points the latter takes on each leg of a ray.
+
+        Returns
+        -------
+        (n, 3) float64
+            In power per area and solid angle: W/(m²·sr) if the light has watts, and coordinates are in metres.
+
+        Raises
+        ------
+        InputError
+            If the radius is not a number above 0, or a word is not a choice.
+        """
+        check_estimate(radius, blur, estimator, points)
+        starts, ways = unit_rays(origins, directions)
+        keys = random_bits(0, np.arange(len(starts))) if keys is None else keys
+        light = np.zeros((len(starts), 3))
+        for legs in camera_legs(self.scene, starts, ways, keys):
+            if estimator == "beam":
+                found = self._crossed(legs, radius, blur)
+            else:
+                found = self._around(legs, radius, blur, keys[legs.rays], points)
+            light[legs.rays] += legs.throughput * found
+        return light
+
+    def _crossed(self, legs: Legs, radius: float, blur: str) -> Float64Array:
+        """Return the light of the beams that legs cross: beam × beam."""
+        light = np.empty((len(legs.rays), 3))
+        for channels, transmittance in self.scene.medium.leg_options(legs.origins, legs.directions, legs.lengths):
+            found = self.tree.gather(
+                legs.origins,
+                legs.directions,
+                radius,
+                np.ascontiguousarray(self.values[:, channels]),
+                t_max=legs.lengths,
+                blur=blur,
+                phase=self.g,
+                line_sigma=self.decay[channels],
+                **transmittance,
+            )
+            light[:, channels] = found.sum
+        return light
+
+    def _around(self, legs: Legs, radius: float, blur: str, keys: UInt64Array, points: int) -> Float64Array:
+        """Return the light of the beams around random points of legs, one in each equal part: point × beam."""
+        light = np.zeros((len(legs.rays), 3))
+        at_a_time = max(POINTS_AT_A_TIME // points, 1)
+        for begin in range(0, len(light), at_a_time):
+            rows = slice(begin, begin + at_a_time)
+            part = legs.some(rows)
+            places = uniform(keys[rows, None], 2 + np.arange(points)) + np.arange(points)
+            leg = np.repeat(np.arange(len(part.rays)), points)
+            t = (places / points * part.lengths[:, None]).reshape(-1)
+            ways = part.directions[leg]
+            starts = part.origins[leg]
+            passed = self.scene.medium.transmittance(starts, ways, t) * (part.lengths / points)[leg, None]
+            scattered = self._scattered_at(starts + t[:, None] * ways, ways, radius, blur)
+            light[rows] = (passed * scattered).reshape(-1, points, 3).sum(axis=1)
+        return light
+
+    def _scattered_at(self, places: Float64Array, ways: Float64Array, radius: float, blur: str) -> Float64Array:
+        """Return what points (n, 3) scatter against directions, per unit of length."""
+        near = self.tree.within(places, radius)
+        # Leave out ends, as gathers do.
+        kept = (near.u > 0) & (near.u < 1)
+        point, prim, u = near.point[kept], near.prim[kept], near.u[kept].astype(np.float64)
+        kernel = np.full(len(prim), 1 / (np.pi * radius**2))
+        if blur == "epanechnikov":
+            kernel *= 2 * (1 - (near.distance[kept] / radius) ** 2)
+        segments = self.lines.segments[prim].astype(np.float64)
+        along = segments[:, 1] - segments[:, 0]
+        length = np.sqrt(dot(along, along))
+        if self.g:
+            cosine = -dot(ways[point], along) / length
+            kernel *= (1 - self.g**2) / (4 * np.pi * (1 + self.g**2 - 2 * self.g * cosine) ** 1.5)
+        light = self.values[prim] * np.exp(-(u * length)[:, None] * self.decay) * kernel[:, None]
+        return np.stack([np.bincount(point, light[:, i], len(places)) for i in range(3)], axis=1)
+
+
+def check_estimate(radius: float, blur: str, estimator: str, points: int) -> None:
+    """Refuse settings of an estimate that cannot be used."""
+    number("radius", radius, "the radius of the blur, a finite number above 0", 1e-30)
+    choice("blur", blur, BLURS), choice("estimator", estimator, ESTIMATORS), count("points", points, 1)

@@ -1,0 +1,246 @@
+"""Progressive passes: new photons and a smaller radius in each, so that both noise and blur vanish.
+
+The radius of pass i + 1 is R · (i + α) / (i + 1), where R is that of pass i; with a kernel of two dimensions the square
+of the radius shrinks so (Knaus and Zwicker 2011; Jarosz et al. 2011, "Progressive photon beams"). A small α shrinks
+fast: less blur and more noise. The picture is the mean of the passes, and its variance is that of their means.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass, fields, is_dataclass
+from typing import Any
+
+import numpy as np
+
+from ..arrays import count, number
+from ..errors import InputError
+from ..progress import ProgressCallback, staged
+from ..rendering.state import describe, read_state, write_state
+from ..support.counter_random import Float64Array, random_bits, uniform
+from .beam_picture import BeamPicture
+from .estimate import POINTS, BeamMap, check_estimate
+from .photons import KINDS, trace_photons
+from .scene import BeamScene
+
+#: The radius of the first pass, as a fraction of the longest side of the box.
+RADIUS = 0.01
+#: What fraction of a pass the photons are, for progress.
+TRACING = 0.3
+#: The number of the stream of random numbers of pixels; those of photons are numbered by pass.
+PIXELS = 2**63
+
+
+@dataclass(frozen=True, kw_only=True)
+class PassSettings:
+    """What passes depend on, besides the scene.
+
+    Parameters
+    ----------
+    width, height : int
+        Of the picture, in pixels.
+    paths : int
+        How many photons each pass emits.
+    radius : float, optional
+        Of the blur in the first pass, in the unit of the coordinates; by default 1/100 of the box's longest side.
+    alpha : float
+        How slowly the radius shrinks: above 0, and 1 keeps it.
+    beams : {"short", "long"}
+    blur : {"box", "epanechnikov"}
+    estimator : {"beam", "point"}
+    points : int
+        See `BeamMap.radiance`.
+    max_scatterings : int, optional
+        See `trace_photons`.
+    seed : int
+        Another one gives other photons and rays.
+    method : str, optional
+        The tree to build; see `fastlines.build`.
+    """
+
+    width: int = 512
+    height: int = 512
+    paths: int = 100_000
+    radius: float | None = None
+    alpha: float = 0.7
+    beams: str = "short"
+    blur: str = "box"
+    estimator: str = "beam"
+    points: int = POINTS
+    max_scatterings: int | None = None
+    seed: int = 0
+    method: str | None = None
+
+    def __post_init__(self) -> None:
+        for name in ("width", "height", "paths"):
+            count(name, getattr(self, name), 1)
+        check_estimate(1.0 if self.radius is None else self.radius, self.blur, self.estimator, self.points)
+        number("alpha", self.alpha, "a number above 0 and at most 1", 1e-6, 1.0)
+        count("seed", self.seed, 0)
+        if self.beams not in KINDS:
+            raise InputError(f"beams={self.beams!r} is not a choice: use 'short' or 'long'")
+
+    def radii(self, scene: BeamScene) -> Iterator[float]:
+        """Yield the radius of each pass.
+
+        Examples
+        --------
+        >>> from itertools import islice
+        >>> [round(radius, 4) for radius in islice(PassSettings(radius=1.0, alpha=0.5).radii(None), 3)]
+        [1.0, 0.75, 0.625]
+        """
+        radius = RADIUS * float((scene.box[1] - scene.box[0]).max()) if self.radius is None else self.radius
+        dimensions = 1 if self.estimator == "beam" else 2
+        i = 1
+        while True:
+            yield radius
+            radius *= ((i + self.alpha) / (i + 1)) ** (1 / dimensions)
+            i += 1
+
+
+class Passes:
+    """A picture of a scene, pass after pass.
+
+    Parameters
+    ----------
+    scene : BeamScene
+        With a camera.
+    settings : PassSettings
+        Or its fields, as keywords.
+
+    Attributes
+    ----------
+    done : int
+        How many passes there are.
+
+    Examples
+    --------
+    >>> import fastlines as fl
+    >>> passes = Passes(fl.beams.example("point-light"), width=16, height=16, paths=1000)
+    >>> for _ in range(3):
+    ...     passes.add()
+    >>> passes.picture()
+    <BeamPicture: 16 × 16 pixels, 3 passes>
+    """
+
+    def __init__(self, scene: BeamScene, settings: PassSettings | None = None, **more: Any) -> None:
+        self.scene, self.settings = scene, PassSettings(**more) if settings is None else settings
+        if scene.camera is None:
+            raise InputError("the scene has no camera; give it one, as BeamScene(…, camera=fl.Camera(…))")
+        self._radii = self.settings.radii(scene)
+        self._next_radius = self.radius = next(self._radii)
+        shape = (self.settings.height, self.settings.width, 3)
+        # One tuple, so that what interrupts a pass leaves the passes before whole.
+        self._state: tuple[int, Float64Array, Float64Array] = 0, np.zeros(shape), np.zeros(shape)
+        self.seconds_a_pass: float | None = None
+
+    @property
+    def done(self) -> int:
+        """How many passes there are."""
+        return self._state[0]
+
+    def add(self, progress: ProgressCallback | None = None) -> None:
+        """Trace the photons of one more pass, build a tree over their beams, and gather their light."""
+        start, settings = time.perf_counter(), self.settings
+        beams = trace_photons(
+            self.scene,
+            settings.paths,
+            kind=settings.beams,
+            seed=settings.seed,
+            pass_number=self.done,
+            max_scatterings=settings.max_scatterings,
+            progress=staged(progress, 0, TRACING) or False,
+        )
+        radius = self._next_radius
+        origins, directions, keys = self._rays()
+        light = BeamMap(self.scene, beams, settings.method).radiance(
+            origins,
+            directions,
+            radius,
+            keys=keys,
+            blur=settings.blur,
+            estimator=settings.estimator,
+            points=settings.points,
+        )
+        light = light.reshape(settings.height, settings.width, 3)
+        done, total, squares = self._state
+        self._state = done + 1, total + light, squares + light**2
+        self.radius, self._next_radius = radius, next(self._radii)
+        self.seconds_a_pass = time.perf_counter() - start
+        if progress is not None:
+            progress(1.0)
+
+    def _rays(self) -> tuple[Float64Array, Float64Array, Any]:
+        """Return a ray through a random point of each pixel, and the keys of their random numbers."""
+        camera, width, height = self.scene.camera, self.settings.width, self.settings.height
+        assert camera is not None
+        stream = random_bits(random_bits(self.settings.seed, PIXELS), self.done)
+        keys = random_bits(stream, np.arange(width * height))
+        row, column = np.divmod(np.arange(width * height), width)
+        origins, directions, _ = camera.ray(column + uniform(keys, 0), row + uniform(keys, 1), width, height)
+        return origins.astype(np.float64), directions.astype(np.float64), random_bits(keys, 2)
+
+    def picture(self) -> BeamPicture:
+        """Return the picture of all passes so far.
+
+        Raises
+        ------
+        InputError
+            If there is no pass yet.
+        """
+        done, total, squares = self._state
+        if not done:
+            raise InputError("there is no pass yet, so there is no picture; call add() first")
+        mean = total / done
+        spread = np.maximum(squares / done - mean**2, 0) / (done - 1) if done > 1 else np.full(mean.shape, np.nan)
+        paths = done * self.settings.paths
+        return BeamPicture(mean.astype(np.float32), spread.astype(np.float32), done, paths, self.radius)
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the passes so far to a .npz file, from which `resume` goes on; it appears whole or not at all."""
+        done, total, squares = self._state
+        write_state(path, self._told, {"total": total, "squares": squares, "done": np.array(done)})
+
+    def resume(self, path: str | os.PathLike[str]) -> None:
+        """Take over the passes that `save` has written; those to come are the same as without a break.
+
+        Raises
+        ------
+        InputError
+            If the file is not the state of a picture, or is that of another scene or of other settings.
+        OSError
+            If it cannot be read.
+        """
+        done, total, squares = self._state
+        found = read_state(path, self._told, {"total": total, "squares": squares, "done": np.array(done)})
+        self._state = int(found["done"]), found["total"], found["squares"]
+        self._radii = self.settings.radii(self.scene)
+        self._next_radius = self.radius = next(self._radii)
+        for _ in range(self.done):
+            self.radius, self._next_radius = self._next_radius, next(self._radii)
+
+    @property
+    def _told(self) -> dict[str, str]:
+        """All that the passes depend on, as texts."""
+        scene = self.scene
+        parts = scene.medium, scene.lights, scene.surfaces, scene.camera, scene.box
+        checksum = hashlib.blake2b("; ".join(map(_told, parts)).encode(), digest_size=20).hexdigest()
+        settings = {field.name: describe(getattr(self.settings, field.name)) for field in fields(self.settings)}
+        return {"scene": checksum, **settings}
+
+
+def _told(value: Any) -> str:
+    """Write a part of a scene as text; of arrays, a checksum."""
+    if hasattr(value, "fingerprint"):
+        return str(value.fingerprint())
+    if isinstance(value, np.ndarray):
+        return hashlib.blake2b(np.ascontiguousarray(value).tobytes(), digest_size=20).hexdigest()
+    if isinstance(value, tuple):
+        return f"({', '.join(map(_told, value))})"
+    if is_dataclass(value):
+        parts = (f"{field.name}={_told(getattr(value, field.name))}" for field in fields(value))
+        return f"{type(value).__name__}({', '.join(parts)})"
+    return describe(value)

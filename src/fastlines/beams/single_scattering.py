@@ -1,0 +1,80 @@
+"""Light that is scattered once: a reference that needs no beams.
+
+For a point light of power Φ in a homogeneous medium, with t along the ray, r(t) the distance from the light and θ the
+angle of scattering:
+
+    L = ∫ σ_s · f(θ) · exp(−σ_t · (t + r)) · Φ / (4π r²) dt
+
+With t = t₀ + h·tan α, where h is the distance of the ray from the light and t₀ the nearest point, dt / r² = dα / h. So
+the integrand is smooth in α, the angle at the light, and a quadrature of Gauss and Legendre converges fast.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from ..errors import InputError
+from ..support.counter_random import Float64Array
+from ..support.vectors import dot
+from .coefficients import unit_rays
+from .lights import PointLight
+from .medium import HomogeneousMedium
+from .scene import BeamScene
+
+
+def single_scattering(
+    scene: BeamScene, origins: npt.ArrayLike, directions: npt.ArrayLike, *, order: int = 128
+) -> Float64Array:
+    """Integrate the light that is scattered once along rays, in a scene without surfaces.
+
+    Parameters
+    ----------
+    scene : BeamScene
+        With a `HomogeneousMedium` and a `PointLight` in its box.
+    origins, directions : (n, 3) array
+        Rays, none of which goes through the light.
+    order : int
+        Of the quadrature.
+
+    Returns
+    -------
+    (n, 3) float64
+        The radiance.
+
+    Raises
+    ------
+    InputError
+        If the scene has another medium or light.
+
+    Examples
+    --------
+    >>> import fastlines as fl
+    >>> fog = fl.beams.HomogeneousMedium(absorption=0, scattering=1)
+    >>> scene = fl.beams.BeamScene(fog, [fl.beams.PointLight((0, 0, 0), power=1)], box=[[-9, -9, -9], [9, 9, 9]])
+    >>> single_scattering(scene, [[1, 0, -9]], [[0, 0, 1]])[0].round(9).tolist()
+    [1.0, 1.0, 1.0]
+    """
+    medium, light = scene.medium, scene.lights[0]
+    if not (isinstance(medium, HomogeneousMedium) and isinstance(light, PointLight) and len(scene.lights) == 1):
+        raise InputError("single scattering is integrated for one PointLight in a HomogeneousMedium")
+    starts, ways = unit_rays(origins, directions)
+    begin, end = scene.in_box(starts, ways)
+    end = np.maximum(end, begin)
+
+    # Find the nearest point to the light, and the angles of both ends as the light sees them.
+    to_light = np.asarray(light.position) - starts
+    nearest = dot(to_light, ways)
+    height = np.sqrt(np.maximum(dot(to_light, to_light) - nearest**2, 0))
+    first, last = np.arctan2(begin - nearest, height), np.arctan2(end - nearest, height)
+    nodes, weights = np.polynomial.legendre.leggauss(order)
+    angle = (first + last)[:, None] / 2 + (last - first)[:, None] / 2 * nodes
+    t = nearest[:, None] + height[:, None] * np.tan(angle) - begin[:, None]
+    r = height[:, None] / np.cos(angle)
+
+    # Light flies from the light to the ray, and turns towards the origin of the ray.
+    cosine, g = -np.sin(angle), medium.g
+    phase = (1 - g**2) / (4 * np.pi * (1 + g**2 - 2 * g * cosine) ** 1.5)
+    passed = np.exp(-(t + r)[..., None] * medium.extinction) * phase[..., None]
+    integral = (passed * weights[:, None]).sum(axis=1) * ((last - first) / (2 * height))[:, None]
+    return np.asarray(integral * medium.scattering * light.power / (4 * np.pi))

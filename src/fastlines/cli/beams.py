@@ -1,0 +1,142 @@
+"""``fastlines beams``: the light that fog, smoke or water scatters, from photon beams."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from typer import Option
+
+from ..progress import reporting, staged
+from ..support.texts import counted
+from .files import check_output, note, show_progress
+from .options import Method
+from .resume import WRITE_SECONDS, check_resume, state_path, without_interrupts
+
+if TYPE_CHECKING:
+    from ..beams import Passes
+
+#: The width and the height of a picture in pixels.
+SIZE = 512
+
+
+def beams(
+    scene: Annotated[
+        str, typer.Argument(metavar="SCENE", help="A built-in scene: mirrored-cube, glass-sphere or point-light.")
+    ],
+    output: Annotated[
+        str,
+        Option(
+            "--output",
+            "-o",
+            metavar="FILE",
+            help="Write an .exr of the radiance, its variance and the number of samples, or a .png for the eye.",
+        ),
+    ],
+    width: Annotated[int | None, Option(min=1, help=f"The width in pixels; the height, or {SIZE}, by default.")] = None,
+    height: Annotated[
+        int | None, Option(min=1, help=f"The height in pixels; the width, or {SIZE}, by default.")
+    ] = None,
+    passes: Annotated[int, Option(min=1, help="How many passes to average, each of new photons.")] = 16,
+    paths: Annotated[int, Option(min=1, help="How many photons each pass emits.")] = 100_000,
+    radius: Annotated[
+        float | None,
+        Option(
+            "--radius",
+            "-r",
+            help="The radius of the blur in the first pass, in the unit of the scene; by default 1/100 of its size.",
+            show_default=False,
+        ),
+    ] = None,
+    alpha: Annotated[float, Option(help="How slowly the radius shrinks from pass to pass; 1 keeps it.")] = 0.7,
+    long: Annotated[
+        bool, Option("--long", help="Make beams that end at surfaces, rather than where photons collide.")
+    ] = False,
+    blur: Annotated[str, Option(metavar="NAME", help="The kernel of the blur: box or epanechnikov.")] = "box",
+    estimator: Annotated[
+        str, Option(metavar="NAME", help="Gather the beams that rays cross (beam), or those near points (point).")
+    ] = "beam",
+    seed: Annotated[int, Option(min=0, help="Another number gives other photons.")] = 0,
+    exposure: Annotated[
+        float | None, Option(help="Brighten a .png by 2 to this power; chosen by default.", show_default=False)
+    ] = None,
+    method: Method | None = None,
+    resume: Annotated[bool, Option("--resume", help="Go on with a picture that Ctrl-C has stopped.")] = False,
+) -> None:
+    """Render the light that a medium scatters, from the flights of photons: fog, caustics, shafts of light.
+
+    Each pass traces new photons, builds a tree over their flights, and gathers their light with a smaller radius. A
+    .png is written after the first pass, and replaced every few seconds. Ctrl-C writes the picture of the passes that
+    are done; the same command with [cyan]--resume[/] goes on, and gives the picture of an uninterrupted run.
+
+    [bold]Examples[/]
+
+    [cyan]fastlines beams glass-sphere -o caustic.exr[/]
+
+    [cyan]fastlines beams mirrored-cube --passes 64 --width 1024 -o cube.png[/]
+
+    [cyan]fastlines beams point-light --radius 0.01 --alpha 1 -o light.png[/]
+    """
+    from ..beams import Passes, example
+    from ..rendering import check_image_path
+
+    is_early = check_image_path(output) == ".png"
+    check_output(output)
+    check_resume(output, resume)
+    made = Passes(
+        example(scene),
+        width=width or height or SIZE,
+        height=height or width or SIZE,
+        paths=paths,
+        radius=radius,
+        alpha=alpha,
+        beams="long" if long else "short",
+        blur=blur,
+        estimator=estimator,
+        seed=seed,
+        method=method,
+    )
+    if resume:
+        made.resume(state_path(output))
+    is_whole = _add_passes(made, passes, (lambda: made.picture().save(output, exposure)) if is_early else None)
+    with without_interrupts():
+        if made.done:
+            made.picture().save(output, exposure)
+        if not is_whole:
+            made.save(state_path(output))
+            done = f"{made.done} of {counted(passes, 'passes')}"
+            goes_on = f"the same command with --resume goes on from {state_path(output)}"
+            typer.echo(f"stopped after {done}; {goes_on}", err=True)
+            raise typer.Exit(130)
+        if resume:
+            Path(state_path(output)).unlink(missing_ok=True)
+    picture = made.picture()
+    typer.echo(f"{output}: {counted(picture.n_passes, 'passes')}, {counted(picture.n_paths, 'photons')}")
+
+
+def _add_passes(made: Passes, n_passes: int, show: Callable[[], object] | None) -> bool:
+    """Add passes until there are enough or until Ctrl-C; return whether all are there.
+
+    `show` writes the picture so far. It is called every few seconds.
+    """
+    import time
+
+    from ..rendering import report_if_long
+
+    is_reported, shown = False, -WRITE_SECONDS
+    with reporting(show_progress(), "render") as callback:
+        try:
+            while made.done < n_passes:
+                made.add(staged(callback, made.done / n_passes, (made.done + 1) / n_passes))
+                if not is_reported and made.seconds_a_pass is not None:
+                    left = made.seconds_a_pass * (n_passes - made.done)
+                    report_if_long("this picture takes", left, note)
+                    is_reported = True
+                if show is not None and made.done < n_passes and time.perf_counter() - shown > WRITE_SECONDS:
+                    show()
+                    shown = time.perf_counter()
+        except KeyboardInterrupt:
+            return False
+    return True
