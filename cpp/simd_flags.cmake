@@ -79,7 +79,7 @@ foreach(part queries_segments queries_round_cones trees points pairs)
   list(APPEND engine_sources ${cpp_dir}/engine/${part}.cpp)
 endforeach()
 set(module_sources ${cpp_dir}/engine/queries_shapes.cpp ${cpp_dir}/engine/queries_spread_cones.cpp)
-foreach(part engine_query engine_points engine_pairs engine_in_box engine_routes engine_frames engine_build engine_layout
+foreach(part engine_query engine_gather engine_points engine_pairs engine_in_box engine_routes engine_frames engine_build engine_layout
         engine_hair engine_paths engine_looks engine)
   list(APPEND module_sources ${cpp_dir}/bindings/${part}.cpp)
   list(APPEND module_bindings ${cpp_dir}/bindings/${part}.cpp)

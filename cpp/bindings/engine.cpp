@@ -12,6 +12,7 @@ void bind_engine(nanobind::module_& m) {
   bind_build(m);
   bind_layout(m);
   bind_queries(m);
+  bind_gather(m);
   bind_points(m);
   bind_pairs(m);
   bind_in_box(m);

@@ -10,6 +10,7 @@ namespace fastlines {
 void bind_build(nanobind::module_& m);
 void bind_layout(nanobind::module_& m);
 void bind_queries(nanobind::module_& m);
+void bind_gather(nanobind::module_& m);
 void bind_points(nanobind::module_& m);
 void bind_pairs(nanobind::module_& m);
 void bind_in_box(nanobind::module_& m);

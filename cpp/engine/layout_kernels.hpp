@@ -45,4 +45,11 @@ void LayoutQueries<P>::list(At at, std::optional<std::size_t> k, bool by_distanc
   dispatch<P>(at, run_at);
 }
 
+template <RayPrimitive P>
+void LayoutQueries<P>::gather(const GatherRule& rule, const GatherSums& to) const
+  requires AxisPrimitive<P>
+{
+  run_batch(tree, rays, kernel, GatherQuery<P>(tree, rays, rule, to), n_threads, progress);
+}
+
 }  // namespace fastlines

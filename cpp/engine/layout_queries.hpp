@@ -9,6 +9,7 @@
 #include "fastlines/parallel/progress.hpp"
 #include "fastlines/primitives/shapes.hpp"
 #include "fastlines/primitives/spread_cones.hpp"
+#include "fastlines/query/gather/hit_summer.hpp"
 #include "fastlines/query/hit_assembler.hpp"
 #include "fastlines/rays/ray_batch.hpp"
 
@@ -28,6 +29,9 @@ struct LayoutQueries {
   void count(At at, std::int64_t* to) const;
   /// List all hits of each ray, or its first k by t if k is given, or the k nearest to it with `by_distance`.
   void list(At at, std::optional<std::size_t> k, bool by_distance, HitAssembler& to) const;
+  /// Sum over all hits of each ray.
+  void gather(const GatherRule& rule, const GatherSums& to) const
+    requires AxisPrimitive<P>;
 };
 
 /// Whether a module has the queries on P. One that counts steps has those on segments alone, which compiles sooner.

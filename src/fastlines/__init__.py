@@ -50,6 +50,7 @@ if TYPE_CHECKING:
     from .io import read_chunks as read_chunks
     from .io import write as write
     from .pyvista_plugin.readers import to_polydata as to_polydata
+    from .query.gather import Gathered as Gathered
     from .query.hits import AllHits as AllHits
     from .query.hits import FirstHits as FirstHits
     from .query.proximity.along import Along as Along
@@ -61,6 +62,7 @@ if TYPE_CHECKING:
     from .query.proximity.pairs import Pairs as Pairs
     from .query.proximity.within import Within as Within
     from .query.queries import brute_force as brute_force
+    from .query.queries import brute_force_gather as brute_force_gather
     from .refit import RebuildPolicy as RebuildPolicy
     from .rendering import default_camera as default_camera
     from .rendering import render as render
@@ -122,6 +124,7 @@ _NAMES = {
     "geometry.user_primitives": ("Primitives", "Rays"),
     "io": ("read", "read_chunks", "write"),
     "pyvista_plugin.readers": ("to_polydata",),
+    "query.gather": ("Gathered",),
     "query.hits": ("AllHits", "FirstHits"),
     "query.proximity.along": ("Along",),
     "query.proximity.box_queries": ("brute_force_in_box",),
@@ -131,7 +134,7 @@ _NAMES = {
     "query.proximity.pair_queries": ("brute_force_pairs",),
     "query.proximity.pairs": ("Pairs",),
     "query.proximity.within": ("Within",),
-    "query.queries": ("brute_force",),
+    "query.queries": ("brute_force", "brute_force_gather"),
     "refit": ("RebuildPolicy",),
     "rendering": ("default_camera", "render"),
     "rendering.hair.material": ("HairMaterial",),

@@ -11,7 +11,7 @@ from support import nasty
 from support.answers import assert_same, cases, question
 
 import fastlines as fl
-from fastlines.query import hit_runs
+from fastlines.query import run_lists
 
 RNG = np.random.default_rng(0)
 STRANDS = RNG.random((30, 1, 3)) + np.cumsum(RNG.normal(0, 0.05, (30, 8, 3)), axis=1)
@@ -40,7 +40,7 @@ class Balls:
 @pytest.fixture(autouse=True)
 def few_at_a_time(monkeypatch: pytest.MonkeyPatch) -> None:
     """Count few rays ahead, so that runs of rays cross the ends of what is counted."""
-    monkeypatch.setattr(hit_runs, "COUNTED_RAYS", 7)
+    monkeypatch.setattr(run_lists, "COUNTED_RAYS", 7)
 
 
 def joined(parts: list[fl.AllHits], whole: fl.AllHits) -> fl.AllHits:

@@ -1,7 +1,7 @@
 // The parts of directions along the axis of a line and across it.
 #pragma once
 
-#include "lanes.hpp"
+#include "../simd/lanes.hpp"
 
 namespace fastlines {
 

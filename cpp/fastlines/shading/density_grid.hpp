@@ -9,7 +9,7 @@
 // This is exact if all lines of the voxel are parallel, and 4 % too much if they run in all directions.
 #pragma once
 
-#include "lanes.hpp"
+#include "../simd/lanes.hpp"
 #include "line_density.hpp"
 
 namespace fastlines {

@@ -2,7 +2,7 @@
 // fastlines.rendering.hair have the formulas and where they are from.
 #pragma once
 
-#include "functions.hpp"
+#include "../simd/functions.hpp"
 #include "hair_material.hpp"
 
 namespace fastlines {

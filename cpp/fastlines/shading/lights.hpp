@@ -2,7 +2,7 @@
 // them; it gives the rows, in the frame of the scene.
 #pragma once
 
-#include "functions.hpp"
+#include "../simd/functions.hpp"
 
 namespace fastlines {
 

@@ -10,7 +10,7 @@
 
 #include <cstddef>
 
-#include "lanes.hpp"
+#include "../simd/lanes.hpp"
 
 namespace fastlines {
 

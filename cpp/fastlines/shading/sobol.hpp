@@ -5,7 +5,7 @@
 // By Lucas's theorem, bit i of that is the sum of all bits j of the index whose number j contains the bits of i.
 #pragma once
 
-#include "lanes.hpp"
+#include "../simd/lanes.hpp"
 
 namespace fastlines {
 

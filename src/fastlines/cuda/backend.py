@@ -9,9 +9,11 @@ import numpy as np
 import numpy.typing as npt
 
 from ..arrays import IntArray
+from ..errors import InputError
 from ..progress import ProgressCallback
 from ..query.at import At, has_exit, number_of
-from ..query.backend import HitColumns, HitLists
+from ..query.backend import GatherColumns, HitColumns, HitLists
+from ..query.gather import GatherRule
 from ..query.rays import NO_SPREAD, RayBatch
 from .columns import DeviceColumns, scan
 from .device import Memory
@@ -76,6 +78,10 @@ class CudaBackend:
         found = device.download(lists.offsets, np.int64, len(rays) + 1), lists.columns.download(device)
         _report_end(progress)
         return found
+
+    def gather(self, rays: RayBatch, rule: GatherRule, progress: ProgressCallback | None) -> GatherColumns:
+        """See `Backend`; GPUs do not sum."""
+        raise InputError("gather sums on the CPU, and this tree is on a GPU; query tree.to('cpu')")
 
     def find_first(self, rays: RaysOnDevice, at: At) -> DeviceColumns:
         """Find the first hits, on the device."""

@@ -181,6 +181,16 @@ class ForestGeometry(AnyGeometry):
         """See `AnyGeometry`."""
         return self._at(hits, lambda of, places: of.tangents_at(places))
 
+    @property
+    def has_directions(self) -> bool:
+        """See `AnyGeometry`."""
+        return self.sampled.has_directions
+
+    def lines_at(self, prim: IntArray, u: FloatArray) -> FloatArray:
+        """See `AnyGeometry`."""
+        found = super().lines_at(prim, u)
+        return np.asarray(self._filled(found, prim, lambda of, rows, numbers: of.lines_at(numbers, u[rows])))
+
     def smooth_tangents_at(self, prim: IntArray, u: FloatArray, tangents: FloatArray) -> FloatArray:
         """See `AnyGeometry`; the neighbours of a segment may be in other tiles."""
         gathered = distinct(np.clip(np.concatenate([prim - 1, prim, prim + 1]), 0, len(self) - 1))

@@ -22,8 +22,8 @@ from .top_tree import TopTree
 
 
 @dataclass(frozen=True)
-class ForestRays:
-    """Answers rays about all tiles of a forest; it is a `Backend`. Rays leave nothing out, and see all parts."""
+class ForestRays(Backend):
+    """Answers rays about all tiles of a forest; see `Backend`. Rays leave nothing out, and see all parts."""
 
     store: TileStore
     top: TopTree

@@ -206,7 +206,7 @@ class AxisGeometry(AnyGeometry):
         """Always, whatever the radius."""
         return True
 
-    takes_misses = True
+    takes_misses = has_directions = True
 
     def points_at(self, hits: HitPlaces) -> Float64Array:
         """See `AnyGeometry`."""
@@ -227,6 +227,16 @@ class AxisGeometry(AnyGeometry):
     def frames_at(self, hits: HitPlaces, lift: float) -> HitFrames:
         """See `AnyGeometry`."""
         return HitFrames(*engine.hit_frames(self.compiled_axes, *_arrays(hits), lift, get_num_threads(), None))
+
+    def lines_at(self, prim: IntArray, u: FloatArray) -> FloatArray:
+        """See `AnyGeometry`."""
+        if not self.in_pieces:
+            return np.asarray(self.straight.cone_rows[prim])
+        found, places = super().lines_at(prim, u), HitPlaces.without_rays(prim, u.astype(np.float64))
+        found[:, 3:6] = np.nan_to_num(self.tangents_at(places))
+        if self.radius is not None:
+            found[:, 6:] = self.radius_at(prim, places.u)[:, None]
+        return found
 
     def nearest_at(self, hits: HitPlaces, surface: bool) -> Float64Array:
         """Return the point of the axis at u, or that of the surface towards the origin."""

@@ -81,8 +81,7 @@ class Geometry(AnyGeometry):
     @computed_once
     def first(self) -> IntArray:
         """The number of primitives in the parts before each one, and in all, (n_parts + 1,) int64."""
-        counts = [len(part) for part in self.parts]
-        return np.asarray(own(np.concatenate([[0], np.cumsum(counts, dtype=np.int64)])))
+        return np.asarray(own(np.cumsum([0, *map(len, self.parts)], dtype=np.int64)))
 
     @property
     def bounds(self) -> FloatArray:
@@ -241,6 +240,11 @@ class Geometry(AnyGeometry):
         """See `AnyGeometry`."""
         return self._at(hits, lambda part, of_part: part.tangents_at(of_part))
 
+    def lines_at(self, prim: IntArray, u: FloatArray) -> FloatArray:
+        """See `AnyGeometry`."""
+        found = super().lines_at(prim, u)
+        return np.asarray(self._filled(found, prim, lambda part, at, numbers: part.lines_at(numbers, u[at])))
+
     def smooth_tangents_at(self, prim: IntArray, u: FloatArray, tangents: FloatArray) -> FloatArray:
         """See `AnyGeometry`."""
         found = tangents.copy()
@@ -266,14 +270,10 @@ class Geometry(AnyGeometry):
         """See `AnyGeometry`; NaN at hits of parts without the attribute."""
         if name not in self.sample_names:
             raise InputError(f"name={name!r} is not an attribute of any part{did_you_mean(name, self.sample_names)}")
-        asked = [
-            (rows, part.sample(name, replace(hits.some(rows), prim=prim)))
-            for part, rows, prim in self._by_part(hits.prim)
-            if name in part.sample_names
-        ]
         found = np.full((len(hits.prim), *self.sample_shape(name)), np.nan)
-        for rows, values in asked:
-            found[rows] = values
+        for part, rows, prim in self._by_part(hits.prim):
+            if name in part.sample_names:
+                found[rows] = part.sample(name, replace(hits.some(rows), prim=prim))
         return found
 
     def sample_needs_rays(self, name: str) -> bool:

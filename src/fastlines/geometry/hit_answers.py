@@ -6,7 +6,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from ..arrays import AnyArray, IntArray
+from ..arrays import AnyArray, FloatArray, IntArray
 from ..errors import InputError
 from .hit_places import Float64Array, HitPlaces
 
@@ -41,6 +41,18 @@ class HitAnswers:
     def tangents_at(self, hits: HitPlaces) -> Float64Array:
         """Return the unit vector along the axis at each hit; NaN for what has none."""
         return np.full((len(hits.prim), 3), np.nan)
+
+    @property
+    def has_directions(self) -> bool:
+        """Whether any primitive is a line or a curve, which runs in a direction."""
+        return False
+
+    def lines_at(self, prim: IntArray, u: FloatArray) -> FloatArray:
+        """Return the line at each hit: both ends, and the radius at each, (n, 8) float32; zeros for what has none.
+
+        Of a curve it is the unit tangent, from zero, with the radius at the hit.
+        """
+        return np.zeros((len(prim), 8), np.float32)
 
     def axis_points(self, prim: IntArray, u: AnyArray) -> Float64Array:
         """Return the points of the axes at places u; NaN for what has none."""

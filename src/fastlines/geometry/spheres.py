@@ -32,6 +32,7 @@ class Spheres(Lines):
 
     run = 1
     noun = "spheres"
+    has_directions = False
 
     @property
     def centres(self) -> FloatArray:

@@ -15,6 +15,7 @@ from ..threads import check_wanted, get_num_threads
 from .at import At
 
 if TYPE_CHECKING:
+    from .gather import GatherRule
     from .rays import RayBatch
 
 #: Hits: t, prim, u, distance, and t_out unless t is at the closest approach.
@@ -22,6 +23,9 @@ HitColumns: TypeAlias = tuple[FloatArray, IntArray, FloatArray, FloatArray, Floa
 
 #: Lists of hits: offsets (n_rays + 1,), and the columns of all hits.
 HitLists: TypeAlias = tuple[IntArray, HitColumns]
+
+#: Of each ray: sums (n_rays, n_channels) float64, sums of squares or None, and how many hits have contributed.
+GatherColumns: TypeAlias = tuple[npt.NDArray[np.float64], npt.NDArray[np.float64] | None, IntArray]
 
 #: The number of each kernel in the engine modules; "binary" searches the tree as it was built.
 KERNELS = {"auto": 0, "single": 1, "wave": 2, "bundle": 3, "binary": -1}
@@ -51,6 +55,10 @@ class Backend(Protocol):
         self, rays: RayBatch, at: At, k: int | None, by_distance: bool, progress: ProgressCallback | None
     ) -> HitLists:
         """List all hits of each ray by t and prim; or the first k of them; or the k nearest to the ray by distance."""
+
+    def gather(self, rays: RayBatch, rule: GatherRule, progress: ProgressCallback | None) -> GatherColumns | None:
+        """Sum over all hits of each ray; None where they have to be listed first, as by default."""
+        return None
 
 
 @dataclass(frozen=True)
@@ -88,6 +96,14 @@ class CompiledBackend:
         how = self._how(progress)
         lists: HitLists = self.functions.list_hits(self.view, rays.arrays(), at, k, by_distance, *how)
         return lists
+
+    def gather(self, rays: RayBatch, rule: GatherRule, progress: ProgressCallback | None) -> GatherColumns | None:
+        """See `Backend`; a module without kernels lists hits."""
+        if not self.kernel:
+            return None
+        how = self._how(progress)
+        sums: GatherColumns | None = self.functions.gather(self.view, rays.arrays(), rule.arrays(), rule.squares, *how)
+        return sums
 
     def _how(self, progress: ProgressCallback | None) -> tuple[Any, ...]:
         """Return the last arguments of every function of a module, if the answer is wanted."""

@@ -1,35 +1,26 @@
-"""All hits of many rays in parts that fit into given memory: runs of consecutive rays, whose hits are counted ahead."""
+"""All hits of many rays in parts that fit into given memory: the method of what rays can be traced through."""
 
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import Unpack
 
-import numpy as np
 import numpy.typing as npt
 
-from ..arrays import IntArray, count
+from ..arrays import count
 from ..errors import InputError
-from ..progress import ProgressCallback, check_progress, reporting
+from ..progress import check_progress, reporting
 from .at import At, has_exit
 from .hits import AllHits
 from .queries import Query, is_merge
 from .ray_arguments import RayArguments, RayOptions, shows_ray_options
 from .rays import RayBatch
-
-#: The bytes that a ray takes in a part: its offset.
-BYTES_A_RAY = 8
+from .run_lists import list_runs
 
 #: How often the columns of hits are in memory while a part is made; and where Python finishes it, which joins pieces
 #: of curves, tests primitives of your own, drops what is ignored, and merges hits.
 COPIES, PYTHON_COPIES = 2, 10
-
-#: The fewest rays whose hits are counted at a time.
-COUNTED_RAYS = 1 << 16
-
-#: The share of the work that counting is.
-COUNTING = 1 / 3
 
 
 class HitRunQueries:
@@ -102,44 +93,11 @@ class HitRunQueries:
 
 def _parts(query: Query, rays: RayBatch, at: At, merges: bool, max_bytes: int) -> Iterator[AllHits]:
     """Yield the hits of runs of rays."""
-    geometry, backend = query.geometry, query.backend
+    geometry = query.geometry
     in_python = geometry.in_pieces or geometry.has_user_code or bool(rays.ignored) or merges
     columns = 20 + 4 * has_exit(at) + 8 * geometry.has_parts
     bytes_a_hit = (PYTHON_COPIES if in_python else COPIES) * columns
-    done = 0.0
     with reporting(query.progress, "all hits") as callback:
-
-        def watched(n_rays: int, share: float) -> ProgressCallback | None:
-            """Return the callback of the next step, which does a share of the work of some rays."""
-            nonlocal done
-            before, step = done, share * n_rays / len(rays)
-            done += step
-            return None if callback is None else lambda of_step: callback(before + of_step * step)
-
-        def count_bytes(begin: int, end: int) -> IntArray:
-            some = rays.unchanged().part(begin, end)
-            return bytes_a_hit * backend.count_candidates(some, watched(end - begin, COUNTING)) + BYTES_A_RAY
-
-        for begin, end in _runs(len(rays), max_bytes, count_bytes):
-            part = rays.unchanged().part(begin, end)
-            found = backend.list_hits(part, at, None, False, watched(end - begin, 1 - COUNTING))
+        for begin, part, found in list_runs(query.backend, rays, at, bytes_a_hit, max_bytes, callback):
             hits = AllHits.from_columns(*found, part, geometry, begin)
             yield hits.merged_by_strand() if merges else hits
-
-
-def _runs(n_rays: int, max_bytes: int, count_bytes: Callable[[int, int], IntArray]) -> Iterator[tuple[int, int]]:
-    """Yield runs of rays from begin to end that take at most `max_bytes` each, as many rays as fit."""
-    begin, before = 0, 0
-    until = np.zeros(0, np.int64)  # the bytes up to and with each of the rays that are counted, from `begin` on
-    while begin < n_rays:
-        while (known := begin + len(until)) < n_rays and (not len(until) or until[-1] <= before + max_bytes):
-            more = count_bytes(known, min(known + max(COUNTED_RAYS, len(until)), n_rays))
-            until = np.concatenate([until, (until[-1] if len(until) else before) + np.cumsum(more)])
-        n_fitting = int(np.searchsorted(until, before + max_bytes, side="right"))
-        if n_fitting == 0:
-            raise MemoryError(
-                f"the hits of ray {begin} alone take {int(until[0]) - before:,} bytes, and max_bytes={max_bytes:,}; "
-                "raise max_bytes, use a smaller radius, or next_hits for the nearest"
-            )
-        yield begin, begin + n_fitting
-        begin, before, until = begin + n_fitting, int(until[n_fitting - 1]), until[n_fitting:]

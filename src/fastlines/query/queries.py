@@ -20,6 +20,7 @@ from ..progress import ProgressOption, reporting
 from ..support.texts import counted
 from .at import At, checked_at, has_exit
 from .backend import Backend, CompiledBackend
+from .gather import GatherArguments, Gathered, GatherRule, gather_lists
 from .hits import AllHits, FirstHits
 from .ignore import ignored_of
 from .memory_check import MemoryCheck
@@ -107,6 +108,16 @@ class Query:
     def next_hits(self, k: int, at: str = "closest", rank: str = "t") -> AllHits:
         """List the k best hits of each ray."""
         return self._list_hits(self.checked_at(at), count("k", k, 0), is_by_distance(rank))
+
+    def gather(self, given: GatherArguments) -> Gathered:
+        """Sum over all hits of each ray."""
+        rays, geometry, backend = self.rays, self.geometry, self.backend
+        if not isinstance(rays, RayBatch):
+            raise InputError("gather sums on the CPU of this process; pass rays as NumPy arrays")
+        rule = GatherRule.of(given, geometry, rays)
+        with reporting(self.progress, "gather") as callback:
+            sums = backend.gather(rays, rule, callback) or gather_lists(backend, geometry, rays, rule, callback)
+        return rule.gathered(sums, rays)
 
     def checked_at(self, at: str) -> At:
         """Check the option `at` for these rays, and return it."""
@@ -199,12 +210,51 @@ def brute_force(
         "all_hits": {"at": at, "merge": merge},
         "next_hits": {"k": k, "at": at, "rank": rank},
     }
-    geometry = as_geometry(geometry)
+    return getattr(_brute_force(as_geometry(geometry), given), query)(**own[query])
+
+
+@shows_ray_options
+def brute_force_gather(
+    geometry: AnyGeometry | Primitives | npt.ArrayLike,
+    origins: npt.ArrayLike,
+    directions: npt.ArrayLike,
+    radius: npt.ArrayLike | None = None,
+    values: npt.ArrayLike | None = None,
+    *,
+    blur: str = "box",
+    sigma: npt.ArrayLike = 0.0,
+    line_sigma: npt.ArrayLike = 0.0,
+    optical_depth: npt.ArrayLike | None = None,
+    phase: float | None = None,
+    inner: bool = True,
+    squares: bool = False,
+    **options: Unpack[RayOptions],
+) -> Gathered:
+    """Sum over all hits of each ray, which tests every primitive; `Tree.gather` of every tree returns the same bits.
+
+    Parameters
+    ----------
+    geometry : Lines, Geometry, another container, or (n, 2, 3) array
+        As in `build`.
+    origins, directions, radius, values, blur, sigma, line_sigma, optical_depth, phase, inner, squares
+        As in `Tree.gather`, like the other options.
+
+    Examples
+    --------
+    >>> print(brute_force_gather([[[-1, -1, -1], [1, 1, 1]]], [0, 0, -5], [0, 0, 1], 0.5, blur="none").sum)
+    1.0
+    """
+    what = GatherArguments(values, blur, sigma, line_sigma, optical_depth, phase, inner, squares)
+    given = RayArguments(origins, directions, radius, **options)
+    return _brute_force(as_geometry(geometry), given).gather(what)
+
+
+def _brute_force(geometry: AnyGeometry, given: RayArguments) -> Query:
+    """Check rays for a search that tests every primitive."""
     box = np.array(geometry.bounds, np.float32) if len(geometry) else np.zeros((2, 3), np.float32)
     rays = check_query(geometry, box, given)
     kind, rows = geometry.spread_data() if rays.has_spread else geometry.core_data()
     seen = rows if rays.parts is None else geometry.seen_data(rays.parts)[1]
     view = None if geometry.has_user_code else _core.BinaryView.of_primitives(kind, seen, rows)
     core = None if view is None else CompiledBackend(_core, view)
-    asked = Query(backend_of(geometry, core, view, rays, is_tree=False), rays, geometry, given.progress)
-    return getattr(asked, query)(**own[query])
+    return Query(backend_of(geometry, core, view, rays, is_tree=False), rays, geometry, given.progress)

@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from ..arrays import IntArray
 from ..errors import InputError
+from .gather import GatherArguments, Gathered
 from .hit_runs import HitRunQueries
 from .hits import AllHits, FirstHits
 from .ray_arguments import RayArguments, RayOptions, shows_ray_options
@@ -218,3 +219,79 @@ class RayQueries(HitRunQueries):
         if k is None:
             raise InputError("next_hits needs k=, the number of hits of each ray; radius= comes before it")
         return self._query(kernel, RayArguments(origins, directions, radius, **options)).next_hits(k, at, rank)
+
+    @shows_ray_options
+    def gather(
+        self,
+        origins: npt.ArrayLike,
+        directions: npt.ArrayLike,
+        radius: npt.ArrayLike | None = None,
+        values: npt.ArrayLike | None = None,
+        *,
+        blur: str = "box",
+        sigma: npt.ArrayLike = 0.0,
+        line_sigma: npt.ArrayLike = 0.0,
+        optical_depth: npt.ArrayLike | None = None,
+        phase: float | None = None,
+        inner: bool = True,
+        squares: bool = False,
+        kernel: str = "auto",
+        **options: Unpack[RayOptions],
+    ) -> Gathered:
+        """Sum over all hits of each ray, without listing them; `first_hit` explains the other parameters.
+
+        A hit adds ``values[prim] · K / sin θ · exp(-sigma·t·|d|) · exp(-line_sigma·u·length) · p``. K is the blur, θ
+        the angle between ray and line, t·|d| the length along the ray, u·length the length along the line, and p the
+        phase function. The sum is exact in its order: every tree, kernel and number of threads gives the same bits.
+
+        Parameters
+        ----------
+        values : (n_prims,) or (n_prims, C) array, optional
+            What each primitive adds, in up to 8 channels; finite, converted to float32. The default is 1. Those of a
+            `Geometry` follow its parts, as ``hits.prim_number`` counts.
+        blur : {"box", "epanechnikov", "none"}
+            K, with the reach R of the ray at the hit: 1/(2R), or 3/(4R)·(1 - (distance/R)²). R is the radius of the
+            query, plus that of the line, plus the spread times the depth. With ``"none"``, K / sin θ is 1.
+        sigma, line_sigma : number or (C,) array
+            Extinction per unit of length along the ray from its origin, and along the line from its first point.
+        optical_depth : (…, K) or (…, K, C) array, optional
+            In place of `sigma`, for media that are not the same everywhere: the optical depth of each ray at K equal
+            steps from t_min to t_max, linear in between.
+        phase : number, optional
+            Weigh with the Henyey-Greenstein phase function of this mean cosine g, of light that flies from the first
+            point of a line to its last and leaves towards the origin of the ray. By default p is 1.
+        inner : bool
+            Leave out hits whose t is t_min or t_max, or that are at an end of their line: so what a line adds does not
+            depend on how it is cut into pieces.
+        squares : bool
+            Return the sums of squares, too.
+
+        Returns
+        -------
+        Gathered
+            ``sum``, ``squares`` and ``count``, in the shape of the rays; sums have the channels as last dimension.
+
+        Notes
+        -----
+        With a blur, sums leave out hits on lines that are parallel to the ray, to within 2⁻²⁰, and those whose reach is
+        0. Curves, primitives of your own, parts of a `Geometry`, forests and `ignore` list hits, in parts.
+
+        Raises
+        ------
+        InputError
+            As `first_hit`; if values, extinctions or depths cannot be used; if a blur has a radius of 0; or if rays or
+            the tree are on a GPU.
+
+        Examples
+        --------
+        >>> import fastlines as fl
+        >>> tree = fl.build([[[-1, 0, 0], [1, 0, 0]], [[0, -1, 1], [0, 1, 1]]])
+        >>> rays = [[0, 0, -5], [0.5, 0, -5]], [0, 0, 1]
+        >>> gathered = tree.gather(*rays, 0.25)
+        >>> print(gathered.sum, gathered.count)
+        [4. 2.] [2 1]
+        >>> print(tree.gather(*rays, 0.25, values=[1, 3], blur="none").sum)
+        [4. 1.]
+        """
+        what = GatherArguments(values, blur, sigma, line_sigma, optical_depth, phase, inner, squares)
+        return self._query(kernel, RayArguments(origins, directions, radius, **options)).gather(what)

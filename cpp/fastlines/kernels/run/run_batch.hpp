@@ -7,6 +7,7 @@
 #include "../collect/any_hit.hpp"
 #include "../collect/count_hits.hpp"
 #include "../collect/first_hit.hpp"
+#include "../collect/gather.hpp"
 #include "../collect/k_nearest.hpp"
 #include "../rays/ray_tiling.hpp"
 #include "group_dispatcher.hpp"

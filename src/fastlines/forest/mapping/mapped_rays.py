@@ -42,7 +42,7 @@ class RayWork:
 
 
 @dataclass(frozen=True, eq=False)
-class MappedRays:
+class MappedRays(Backend):
     """Answers rays by tasks; see `Backend`. What rays ignore is left out by the tasks."""
 
     forest: Forest

@@ -14,7 +14,7 @@ import numpy.typing as npt
 from ...arrays import FloatArray, IntArray
 from ...progress import ProgressCallback
 from ..at import At
-from ..backend import HitColumns, HitLists
+from ..backend import Backend, HitColumns, HitLists
 from ..hit_lists import count_by_listing
 from ..rays import RayBatch
 from .pieces import Pieces
@@ -24,7 +24,7 @@ ROUNDING = 2.0**-16
 
 
 @dataclass(frozen=True)
-class CurveBackend:
+class CurveBackend(Backend):
     """Answers rays about curves, alone or with other geometry; see `Backend`."""
 
     pieces: Pieces

@@ -18,7 +18,7 @@ from ..rays import RayBatch
 
 
 @dataclass(frozen=True)
-class IgnoringBackend:
+class IgnoringBackend(Backend):
     """Leaves out what rays ignore; see `Backend`."""
 
     all: Backend

@@ -16,7 +16,8 @@ from ...arrays import IntArray
 from ...geometry.hit_places import Float64Array
 from ...progress import ProgressCallback
 from ..at import At
-from ..backend import Backend, HitColumns, HitLists
+from ..backend import Backend, GatherColumns, HitColumns, HitLists
+from ..gather import GatherRule
 from ..hit_lists import chosen, joined
 from ..rays import RayBatch
 from .pieces import Pieces
@@ -53,6 +54,10 @@ class NearestBackend:
     def count_candidates(self, rays: RayBatch, progress: ProgressCallback | None) -> IntArray:
         """See `Backend`."""
         return self.all.count_candidates(rays, progress)
+
+    def gather(self, rays: RayBatch, rule: GatherRule, progress: ProgressCallback | None) -> GatherColumns | None:
+        """See `Backend`."""
+        return self.all.gather(rays, rule, progress)
 
     def list_hits(
         self, rays: RayBatch, at: At, k: int | None, by_distance: bool, progress: ProgressCallback | None

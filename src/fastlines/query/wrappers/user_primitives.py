@@ -28,7 +28,7 @@ AT_ONCE = 4
 
 
 @dataclass(frozen=True)
-class UserBackend:
+class UserBackend(Backend):
     """Answers rays about primitives of your own; see `Backend`."""
 
     primitives: UserPrimitives

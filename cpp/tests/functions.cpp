@@ -1,6 +1,6 @@
 // Elementary functions of lanes have the errors that their header claims. They and the lobes of hair have the same bits
 // on all instruction sets.
-#include "fastlines/shading/functions.hpp"
+#include "fastlines/simd/functions.hpp"
 
 #include <algorithm>
 #include <bit>

@@ -1,7 +1,8 @@
-// 16 numbers that shading computes with at a time: vectors of the compiler, which knows them for each instruction set.
+// 16 numbers that shading and gathers compute with at a time: vectors of the compiler, which knows them for each
+// instruction set.
 //
-// Shading is defined by float32 arithmetic in a fixed order, without fused multiply-adds. So all instruction sets and
-// all numbers of threads give the same picture, bit for bit.
+// Both are defined by float32 arithmetic in a fixed order, without fused multiply-adds. So all instruction sets and all
+// numbers of threads give the same picture and the same sums, bit for bit.
 #pragma once
 
 #include <algorithm>
@@ -9,7 +10,7 @@
 #include <cstdint>
 #include <utility>
 
-#include "../simd/register_bytes.hpp"
+#include "register_bytes.hpp"
 
 #if defined(__SSE2__)
 #include <immintrin.h>
