@@ -17,6 +17,9 @@ Vector = tuple[float, float, float]
 class FogScene:
     """A cube of fog around the coordinate origin with a glass sphere in it, lit from above through its upper side.
 
+    The light is not near the fog: there, Mitsuba's volpath loses a part of the light, up to an eighth of what is
+    scattered twice by a light of this size at a distance of 0.001 to 0.05. At 0.5 it agrees with quadrature.
+
     Attributes
     ----------
     size : int
@@ -38,7 +41,7 @@ class FogScene:
     ball_centre: Vector = (0.0, 0.25, 0.0)
     ball_radius: float = 0.35
     ior: float = 1.5
-    light_corner: Vector = (-0.1, 1.001, -0.1)
+    light_corner: Vector = (-0.1, 1.5, -0.1)
     light_u: Vector = (0.2, 0.0, 0.0)
     light_v: Vector = (0.0, 0.0, 0.2)
     power: float = 10.0
