@@ -61,6 +61,7 @@ NAMES = [
     "Within",
     "WorkerError",
     "available_simd",
+    "beams",
     "brute_force",
     "brute_force_gather",
     "brute_force_in_box",
@@ -119,7 +120,7 @@ def test_type_checkers_see_the_same_names() -> None:
         for alias in imported.names
     }
     assert {name: module for name, module in seen.items() if module} == fl._MODULE_OF
-    assert {name for name, module in seen.items() if not module} == {"scenes", "theory"}
+    assert {name for name, module in seen.items() if not module} == {"beams", "scenes", "theory"}
 
 
 def test_a_name_that_is_not_there() -> None:

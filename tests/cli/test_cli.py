@@ -34,6 +34,7 @@ COMMANDS = (
     "within",
     "pairs",
     "render",
+    "beams",
     "report",
 )
 

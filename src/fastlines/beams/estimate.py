@@ -37,6 +37,8 @@ BLURS = ("box", "epanechnikov")
 ESTIMATORS = ("beam", "point")
 #: How many points the point × beam estimate takes on each leg of a ray.
 POINTS = 16
+#: How many rays are gathered at a time, for the depths of a medium on a grid.
+RAYS_AT_A_TIME = 1 << 16
 #: How many points are looked up at a time.
 POINTS_AT_A_TIME = 1 << 17
 
@@ -138,19 +140,21 @@ class BeamMap:
     def _crossed(self, legs: Legs, radius: float, blur: str) -> Float64Array:
         """Return the light of the beams that legs cross: beam × beam."""
         light = np.empty((len(legs.rays), 3))
-        for channels, transmittance in self.scene.medium.leg_options(legs.origins, legs.directions, legs.lengths):
+        for begin in range(0, len(light), RAYS_AT_A_TIME):
+            rows = slice(begin, begin + RAYS_AT_A_TIME)
+            part = legs.some(rows)
             found = self.tree.gather(
-                legs.origins,
-                legs.directions,
+                part.origins,
+                part.directions,
                 radius,
-                np.ascontiguousarray(self.values[:, channels]),
-                t_max=legs.lengths,
+                self.values,
+                t_max=part.lengths,
                 blur=blur,
                 phase=self.g,
-                line_sigma=self.decay[channels],
-                **transmittance,
+                line_sigma=self.decay,
+                **self.scene.medium.gather_options(part.origins, part.directions, part.lengths),
             )
-            light[:, channels] = found.sum
+            light[rows] = found.sum
         return light
 
     def _around(self, legs: Legs, radius: float, blur: str, keys: UInt64Array, points: int) -> Float64Array:

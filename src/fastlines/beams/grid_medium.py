@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -129,14 +129,12 @@ class GridMedium(Coefficients):
         passes = depths >= columns[:, -1]
         return np.where(passes, lengths, t), np.minimum(depths, columns[:, -1])
 
-    def leg_options(
+    def gather_options(
         self, origins: Float64Array, directions: Float64Array, lengths: Float64Array
-    ) -> Iterator[tuple[slice, Mapping[str, Any]]]:
-        """See `Medium`; all channels together only where they have the same extinction."""
-        columns, extinction = self.columns(origins, directions, lengths), self.extinction
-        together = [slice(None)] if extinction.max() == extinction.min() else [slice(i, i + 1) for i in range(3)]
-        for channels in together:
-            yield channels, {"optical_depth": (columns * extinction[channels][0]).astype(np.float32)}
+    ) -> Mapping[str, Any]:
+        """See `Medium`."""
+        depths = self.columns(origins, directions, lengths)[..., None] * self.extinction
+        return {"optical_depth": depths.astype(np.float32)}
 
     def transmittance(self, origins: Float64Array, directions: Float64Array, lengths: Float64Array) -> Float64Array:
         """See `Medium`."""

@@ -11,7 +11,7 @@ heuristic). Where channels are the same, the weight is 1.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol
 
@@ -78,10 +78,10 @@ class Medium(Protocol):
     ) -> tuple[Float64Array, Float64Array]:
         """Return where paths, (n,), reach column depths, at most their length; and the column depth there."""
 
-    def leg_options(
+    def gather_options(
         self, origins: Float64Array, directions: Float64Array, lengths: Float64Array
-    ) -> Iterator[tuple[slice, Mapping[str, Any]]]:
-        """Yield channels, and what `Tree.gather` needs to know of the transmittance along rays in them."""
+    ) -> Mapping[str, Any]:
+        """Return the arguments of `Tree.gather` that tell it the transmittance along rays."""
 
     def transmittance(self, origins: Float64Array, directions: Float64Array, lengths: Float64Array) -> Float64Array:
         """Return the transmittance along paths, (n, 3)."""
@@ -205,11 +205,11 @@ class HomogeneousMedium(Coefficients):
         t = np.minimum(depths, lengths)
         return t, t
 
-    def leg_options(
+    def gather_options(
         self, origins: Float64Array, directions: Float64Array, lengths: Float64Array
-    ) -> Iterator[tuple[slice, Mapping[str, Any]]]:
+    ) -> Mapping[str, Any]:
         """See `Medium`."""
-        yield slice(None), {"sigma": self.extinction}
+        return {"sigma": self.extinction}
 
     def transmittance(self, origins: Float64Array, directions: Float64Array, lengths: Float64Array) -> Float64Array:
         """See `Medium`."""

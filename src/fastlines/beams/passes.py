@@ -16,10 +16,11 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import count, number
+from ..arrays import choice, count, number
 from ..errors import InputError
 from ..progress import ProgressCallback, staged
 from ..rendering.state import describe, read_state, write_state
+from ..settings.methods import method_settings
 from ..support.counter_random import Float64Array, random_bits, uniform
 from .beam_picture import BeamPicture
 from .estimate import POINTS, BeamMap, check_estimate
@@ -80,8 +81,9 @@ class PassSettings:
         check_estimate(1.0 if self.radius is None else self.radius, self.blur, self.estimator, self.points)
         number("alpha", self.alpha, "a number above 0 and at most 1", 1e-6, 1.0)
         count("seed", self.seed, 0)
-        if self.beams not in KINDS:
-            raise InputError(f"beams={self.beams!r} is not a choice: use 'short' or 'long'")
+        choice("beams", self.beams, KINDS)
+        if self.method is not None:
+            method_settings(self.method)
 
     def radii(self, scene: BeamScene) -> Iterator[float]:
         """Yield the radius of each pass.

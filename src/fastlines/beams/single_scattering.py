@@ -50,10 +50,11 @@ def single_scattering(
     Examples
     --------
     >>> import fastlines as fl
-    >>> fog = fl.beams.HomogeneousMedium(absorption=0, scattering=1)
-    >>> scene = fl.beams.BeamScene(fog, [fl.beams.PointLight((0, 0, 0), power=1)], box=[[-9, -9, -9], [9, 9, 9]])
-    >>> single_scattering(scene, [[1, 0, -9]], [[0, 0, 1]])[0].round(9).tolist()
-    [1.0, 1.0, 1.0]
+    >>> fog = fl.beams.HomogeneousMedium(absorption=0, scattering=(0.1, 0.2, 0.4))
+    >>> light = fl.beams.PointLight((0, 0, 0), power=100)
+    >>> scene = fl.beams.BeamScene(fog, [light], box=[[-1, -1, -1], [1, 1, 1]])
+    >>> single_scattering(scene, [0.1, 0, -3], [0, 0, 1]).round(3).tolist()
+    [[1.653, 2.934, 4.633]]
     """
     medium, light = scene.medium, scene.lights[0]
     if not (isinstance(medium, HomogeneousMedium) and isinstance(light, PointLight) and len(scene.lights) == 1):

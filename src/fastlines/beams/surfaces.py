@@ -26,8 +26,9 @@ from ..support.vectors import dot
 from .coefficients import BoolArray
 from .materials import Material
 
-#: How far from a surface light goes on, as a fraction of the size of all surfaces; float32 tells these points apart.
-OFF = 2.0**-17
+#: How far from a surface light goes on, so that float32 tells these points apart: as a fraction of the size of all
+#: surfaces and their largest coordinate together.
+OFF = 2.0**-18
 #: How far behind a solid the opposite ray starts, likewise: even a grazing one must start outside.
 BEYOND = 2.0**-8
 
@@ -177,9 +178,9 @@ class TracedSurfaces:
         self.geometry = Geometry([geometry for geometry, _ in surfaces])
         self.materials = tuple(material for _, material in surfaces)
         self.tree = build(self.geometry)
-        low, high = self.geometry.bounds.astype(np.float64)
-        self.bounds = np.stack([low - self.geometry.radius_beyond, high + self.geometry.radius_beyond])
-        size = float((self.bounds[1] - self.bounds[0]).max())
+        points, radii = (values.astype(np.float64) for values in self.geometry.span())
+        self.bounds = np.stack([(points - radii[:, None]).min(axis=0), (points + radii[:, None]).max(axis=0)])
+        size = float((self.bounds[1] - self.bounds[0]).max() + np.abs(self.bounds).max())
         self.off, self.beyond = OFF * size, BEYOND * size
         parts: Sequence[Any] = self.geometry.parts
         #: The corners of triangles, by their part; rays may be inside of the other parts.

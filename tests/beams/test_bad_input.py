@@ -1,0 +1,96 @@
+"""What cannot be used is refused in one sentence, which says what was expected."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+import pytest
+
+import fastlines as fl
+from fastlines.beams import (
+    AreaLight,
+    BeamMap,
+    BeamScene,
+    DirectionalLight,
+    Glass,
+    GridMedium,
+    HomogeneousMedium,
+    Mirror,
+    Passes,
+    PointLight,
+    SpotLight,
+    example,
+    render,
+    single_scattering,
+    trace_photons,
+)
+
+FOG, LIGHT, BOX = HomogeneousMedium(0, 1), PointLight((0, 0, 0), 1), [[-1, -1, -1], [1, 1, 1]]
+NAN_GRID = np.full((2, 2, 2), np.nan)
+SCENE = BeamScene(FOG, [LIGHT], box=BOX)
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: HomogeneousMedium(0, 0), "the medium has no extinction"),
+        (lambda: HomogeneousMedium(1, 0), "the medium only absorbs light"),
+        (lambda: HomogeneousMedium(-1, 1), "absorption=-1"),
+        (lambda: HomogeneousMedium((1, 2), 1), r"absorption=\(1, 2\)"),
+        (lambda: HomogeneousMedium(0, np.inf), "scattering=inf"),
+        (lambda: HomogeneousMedium("a", 1), "absorption"),
+        (lambda: HomogeneousMedium(0, 1, g=1), "g=1"),
+        (lambda: GridMedium(NAN_GRID, BOX, 0, 1), "density holds NaN or Inf in 8 of 8 voxels"),
+        (lambda: GridMedium(np.zeros((2, 2, 2)), BOX, 0, 1), "density is from 0 to 0"),
+        (lambda: GridMedium(-np.ones((2, 2, 2)), BOX, 0, 1), "density is from -1 to -1"),
+        (lambda: GridMedium(np.ones((2, 2)), BOX, 0, 1), r"density has shape \(2, 2\)"),
+        (lambda: GridMedium(np.ones((2, 2, 2)), [[0, 0, 0], [1, 1, 0]], 0, 1), "box="),
+        (lambda: PointLight((0, 0, 0), 0), "the light has no power"),
+        (lambda: PointLight((0, 0), 1), r"position=\(0, 0\)"),
+        (lambda: SpotLight((0, 0, 0), (0, 0, 0), 1), "position and target are both"),
+        (lambda: SpotLight((0, 0, 0), (0, 0, 1), 1, 0), "angle_degrees=0"),
+        (lambda: AreaLight((0, 0, 0), (1, 0, 0), (2, 0, 0), 1), "span no area"),
+        (lambda: DirectionalLight((0, 0, 0), 1), "direction=.* has no length"),
+        (lambda: DirectionalLight((0, 0, 1), (0, 0, 0)), "the light has no power"),
+        (lambda: Mirror(1.5), "reflectance=1.5"),
+        (lambda: Glass(0), "ior=0"),
+        (lambda: BeamScene(FOG, [], box=BOX), "lights: expected one or more"),
+        (lambda: BeamScene(FOG, [FOG], box=BOX), "lights: expected one or more"),
+        (lambda: BeamScene("fog", [LIGHT], box=BOX), "medium is a str"),
+        (lambda: BeamScene(FOG, [LIGHT]), "nothing says where the medium is"),
+        (lambda: BeamScene(FOG, [LIGHT], box=[[1, 1, 1], [0, 0, 0]]), "its lowest and highest corner"),
+        (lambda: BeamScene(FOG, [LIGHT], [Mirror()], box=BOX), "surface 0 is a Mirror; expected a pair"),
+        (lambda: BeamScene(FOG, [LIGHT], camera=1, box=BOX), "camera is an int"),
+        (lambda: example("glas-sphere"), "there is no scene .glas-sphere.; did you mean .glass-sphere."),
+        (lambda: trace_photons(SCENE, 0), "n_paths=0"),
+        (lambda: trace_photons(SCENE, 1, kind="medium"), "kind='medium'"),
+        (lambda: trace_photons(SCENE, 1, seed=-1), "seed=-1"),
+        (lambda: trace_photons(SCENE, 1, max_scatterings=-1), "max_scatterings=-1"),
+        (
+            lambda: trace_photons(BeamScene(FOG, [SpotLight((5, 0, 0), (6, 0, 0), 1)], box=BOX), 50),
+            "none of 50 photons flies through the medium",
+        ),
+        (lambda: Passes(SCENE), "the scene has no camera"),
+        (lambda: Passes(example("point-light")).picture(), "there is no pass yet"),
+        (lambda: render(example("point-light"), radius=0), "radius=0"),
+        (lambda: render(example("point-light"), radius=np.nan), "radius=nan"),
+        (lambda: render(example("point-light"), alpha=0), "alpha=0"),
+        (lambda: render(example("point-light"), passes=0), "passes=0"),
+        (lambda: render(example("point-light"), width=0), "width=0"),
+        (lambda: render(example("point-light"), beams="wide"), "beams='wide'"),
+        (lambda: render(example("point-light"), blur="none"), "blur='none'"),
+        (lambda: render(example("point-light"), estimator="line"), "estimator='line'"),
+        (lambda: single_scattering(example("glass-sphere"), [0, 0, 0], [0, 0, 1]), "for one PointLight"),
+        (lambda: single_scattering(SCENE, [0, 0, 0], [0, 0, 0]), "1 of 1 rays are not finite, or have no direction"),
+        (lambda: single_scattering(SCENE, [0, 0], [0, 0, 1]), r"shapes \(2,\) and \(3,\)"),
+        (
+            lambda: BeamMap(SCENE, trace_photons(SCENE, 10)).radiance([0, 0, -3], [0, 0, 1], 0),
+            "radius=0; expected the radius of the blur",
+        ),
+    ],
+)
+def test_bad_input_is_refused(make, message):
+    with pytest.raises(fl.InputError, match=message) as raised:
+        make()
+    assert re.fullmatch(r"[^\n]+", str(raised.value))

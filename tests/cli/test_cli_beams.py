@@ -1,0 +1,83 @@
+"""``fastlines beams``: pictures of light in media, and how they go on after Ctrl-C."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+from support.command_line import done, refused, run
+
+from fastlines.beams import NAMES, Passes
+
+pytestmark = pytest.mark.usefixtures("in_own_folder")
+
+SMALL = ("--width", 16, "--height", 12, "--paths", 300, "--passes", 2)
+
+
+def pixels(path):
+    with Image.open(path) as picture:
+        return np.asarray(picture)
+
+
+@pytest.mark.parametrize("scene", NAMES)
+def test_each_scene_becomes_a_picture(scene):
+    assert done("beams", scene, *SMALL, "-o", "x.png") == "x.png: 2 passes, 600 photons\n"
+    assert pixels("x.png").shape == (12, 16, 3)
+    assert pixels("x.png").max() > 100
+
+
+def test_options_change_the_picture():
+    pictures = []
+    for i, options in enumerate(
+        ((), ("--long",), ("--blur", "epanechnikov"), ("--estimator", "point"), ("--seed", 1), ("-r", 0.1))
+    ):
+        done("beams", "glass-sphere", *SMALL, *options, "-o", f"{i}.png")
+        pictures.append(pixels(f"{i}.png").tobytes())
+    assert len(set(pictures)) == len(pictures)
+
+
+def test_one_side_makes_a_square():
+    done("beams", "point-light", "--width", 8, "--paths", 100, "--passes", 1, "-o", "x.png")
+    assert pixels("x.png").shape == (8, 8, 3)
+
+
+def test_an_interrupted_picture_goes_on(monkeypatch):
+    done("beams", "glass-sphere", *SMALL, "-o", "whole.png")
+    add = Passes.add
+
+    def interrupted(passes, progress=None):
+        if passes.done == 1:
+            raise KeyboardInterrupt
+        add(passes, progress)
+
+    monkeypatch.setattr(Passes, "add", interrupted)
+    stopped = run("beams", "glass-sphere", *SMALL, "-o", "x.png")
+    assert stopped.exit_code == 130
+    assert "stopped after 1 of 2 passes" in stopped.stderr
+    assert "--resume goes on from x.png.npz" in stopped.stderr
+    assert (pixels("x.png") != pixels("whole.png")).any()
+
+    monkeypatch.setattr(Passes, "add", add)
+    assert "2 passes" in done("beams", "glass-sphere", *SMALL, "-o", "x.png", "--resume")
+    assert (pixels("x.png") == pixels("whole.png")).all()
+    assert not Path("x.png.npz").exists()
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (("fog", "-o", "x.png"), "there is no scene 'fog'"),
+        (("point-light", "-o", "x.jpg"), "unknown extension '.jpg'"),
+        (("point-light", "-o", "no/x.png"), "there is no folder"),
+        (("point-light", "-o", "x.png", "-r", 0), "radius=0.0"),
+        (("point-light", "-o", "x.png", "--alpha", 2), "alpha=2.0"),
+        (("point-light", "-o", "x.png", "--blur", "gauss"), "blur='gauss'"),
+        (("point-light", "-o", "x.png", "--resume"), "x.png.npz: no such file"),
+        (("point-light", "-o", "x.png", "-m", "octree"), "octree"),
+    ],
+)
+def test_bad_options_are_refused(options, message):
+    assert message in refused("beams", *options)[1]
+    assert not Path("x.png").exists()
