@@ -55,6 +55,7 @@ def _draw_passes(figure: Any, part: Figures) -> None:
         panel.plot(numbers, [point[name] for point in part.points], "o-", markersize=3, color=colour, label=label)
     panel.set(xlabel="pass", ylabel="seconds of build and gather", title=part.title)
     panel.set_ylim(bottom=0)
+    panel.xaxis.get_major_locator().set_params(integer=True)
     style(panel, grid=True)
     panel.legend(frameon=False)
 

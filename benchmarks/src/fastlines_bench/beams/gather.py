@@ -42,8 +42,8 @@ class GatherSize:
         Numbers of beams.
     size : int
         The width of the picture.
-    listed_rays, brute_rays : int
-        About how many rays are listed, and get brute force: windows of the picture.
+    peer_rays, listed_rays, brute_rays : int
+        About how many rays Embree and the grid get, are listed, and get brute force: windows of the picture.
     memory_rays : int
         About how many rays are gathered to measure the memory.
     method : str
@@ -52,6 +52,7 @@ class GatherSize:
 
     beams: tuple[int, ...]
     size: int
+    peer_rays: int
     listed_rays: int
     brute_rays: int
     memory_rays: int
@@ -87,10 +88,25 @@ def run_gather(size: GatherSize, progress: Callable[[str, float], None]) -> Figu
         cube = make_cube(n, size.size)
         with num_threads(size.n_threads):
             ours, peers, n_hits = _sides(cube, radius, size, say)
-            seconds, differ = _turns(ours, peers, size, say)
+            whole, seconds, differ = _turns(ours, peers, size, say)
         say("memory", 0.95)
         peaks = [peak_bytes(way, n, size.size, size.memory_rays, radius, size.method) for way in ("gather", "lists")]
-        rows.append((n, f"{radius:g}", "ours", ours.what, ours.build_s, ours.megabytes, None, None, None, None, None))
+        median = statistics.median(whole)
+        rows.append(
+            (
+                n,
+                f"{radius:g}",
+                "ours",
+                ours.what,
+                ours.build_s,
+                ours.megabytes,
+                len(ours.rays),
+                median,
+                None,
+                None,
+                None,
+            )
+        )
         scene, ratios = f"{n:,} beams", {}
         for name, side in peers.items():
             theirs, mine = seconds[name]
@@ -162,14 +178,14 @@ def _sides(
             scenes.build_seconds(config.build),
             scene.bytes / 1e6,
             lambda part: scenes.gather(config, given, part, powers),
-            rays,
+            rays.part(size.peer_rays),
         ),
         "grid": Side(
             f"{cells} cells a side",
             grid_s,
             grid.bytes / 1e6,
             lambda part: grid.gather(given, part, powers, n_threads),
-            rays,
+            rays.part(size.peer_rays),
         ),
         "brute force": Side(
             "16 beams at a time",
@@ -184,11 +200,13 @@ def _sides(
 
 def _turns(
     ours: Side, peers: dict[str, Side], size: GatherSize, say: Callable[[str, float], None]
-) -> tuple[dict[str, tuple[list[float], list[float]]], dict[str, float]]:
+) -> tuple[list[float], dict[str, tuple[list[float], list[float]]], dict[str, float]]:
     """Run all sides in turn.
 
     Returns
     -------
+    whole : list of float
+        Our seconds of each round, for all rays.
     seconds : dict of str to (list of float, list of float)
         The seconds of each round of a peer, and ours for the same rays.
     differ : dict of str to float
@@ -196,8 +214,9 @@ def _turns(
     """
     now = clock(size.n_threads)
     seconds: dict[str, tuple[list[float], list[float]]] = {name: ([], []) for name in peers}
-    differ = {}
+    whole, differ = [], {}
     for i in range(size.rounds):
+        whole.append(timed(partial(ours.gather, ours.rays), now)()[1])
         known: dict[int, tuple[Any, float]] = {}  # ours, by the number of rays
         for j, (name, side) in enumerate(peers.items()):
             say(f"{name}, round {i + 1} of {size.rounds}", 0.4 + 0.5 * (i + j / len(peers)) / size.rounds)
@@ -209,4 +228,4 @@ def _turns(
             seconds[name][0].append(their_seconds)
             seconds[name][1].append(max(my_seconds, 1e-9))
             differ[name] = difference(mine, theirs)
-    return seconds, differ
+    return whole, seconds, differ

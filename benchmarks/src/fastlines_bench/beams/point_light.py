@@ -69,10 +69,10 @@ def run_point_light(
             progress(f"{kind} beams, pass {j + 1} of {n_passes}", (i + j / n_passes) / 2)
             beams = _beams(n_beams // n_passes, kind, seed=i * n_passes + j)
             tree = fl.build(beams.lines, "bvh-cl")
-            origins, directions = _rays(b, h, i * n_passes + j)
-            ends = {"t_max": np.repeat(2 * h, N_RAYS).astype(np.float32)}
+            rays = _rays(b, h, i * n_passes + j)
+            ends = np.repeat(2 * h, N_RAYS).astype(np.float32)
             for radius in radii:
-                found = tree.gather(origins, directions, radius, _values(beams), phase=0.0, **_decay(beams), **ends).sum
+                found = _sums(tree, rays, radius, _values(beams), beams, "box", ends)
                 sums[radius].append(found.reshape(len(b), N_RAYS).mean(axis=1) / exact)
         for radius, passes in sums.items():
             every = np.stack(passes)
@@ -99,9 +99,19 @@ def _values(beams: Any) -> FloatArray:
     return np.asarray(beams.power[:, 0] * (SCATTERING / beams.n_paths), np.float32)
 
 
-def _decay(beams: Any) -> dict[str, float]:
-    """Return the extinction along rays and along beams."""
-    return {"sigma": EXTINCTION, "line_sigma": float(beams.decay[0])}
+def _sums(
+    tree: fl.Tree,
+    rays: tuple[FloatArray, FloatArray],
+    radius: float,
+    values: FloatArray,
+    beams: Any,
+    blur: str,
+    ends: FloatArray | float,
+) -> Float64Array:
+    """Gather along rays that end at t = `ends`."""
+    decay = float(beams.decay[0])
+    gathered = tree.gather(*rays, radius, values, blur=blur, sigma=EXTINCTION, line_sigma=decay, phase=0.0, t_max=ends)
+    return gathered.sum
 
 
 def _rays(b: Float64Array, h: Float64Array, seed: int) -> tuple[FloatArray, FloatArray]:
@@ -118,7 +128,7 @@ def _rays(b: Float64Array, h: Float64Array, seed: int) -> tuple[FloatArray, Floa
 def _lost(kind: str, n_paths: int) -> float:
     """Return the fraction of the power that is neither absorbed nor leaves the scene."""
     energy = fl.beams.trace_photons(_scene(), n_paths, kind=kind).energy
-    kept = energy.absorbed_by_medium + energy.absorbed_by_surfaces + energy.escaped + energy.cut_off
+    kept = energy.absorbed_by_medium + energy.absorbed_by_surfaces + energy.escaped
     return float(np.abs(kept / energy.emitted - 1).max())
 
 
@@ -141,7 +151,7 @@ def _cut_difference(n_beams: int, radius: float) -> float:
         values = _values(beams)[:, None] * np.exp(-float(beams.decay[0]) * lengths * share[:-1])
         tree = fl.build(pieces.astype(np.float32), "bvh-cl")
         given = values.astype(np.float32).ravel()
-        sums.append(tree.gather(*rays, radius, given, blur="epanechnikov", phase=0.0, **_decay(beams)).sum)
+        sums.append(_sums(tree, rays, radius, given, beams, "epanechnikov", np.inf))
     return float(np.abs(sums[0] - sums[1]).sum() / np.abs(sums[0]).sum())
 
 

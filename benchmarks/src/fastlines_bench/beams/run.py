@@ -35,8 +35,8 @@ class BeamsPreset(Preset):
         The width and the height of the pictures of the cube in pixels.
     beams : tuple of int
         The part ``gather``: numbers of beams.
-    listed_rays, brute_rays, memory_rays : int
-        About how many rays are listed, get brute force, and are gathered to measure the memory.
+    peer_rays, listed_rays, brute_rays, memory_rays : int
+        About how many rays Embree and the grid get, are listed, get brute force, and are gathered for the memory.
     point_beams, point_passes, point_radii, cut_beams : int, int, (float, float), int
         The part ``point-light``: beams of each kind, independent passes, radii, beams that are cut.
     pass_beams, passes, pass_radius : int, int, float
@@ -59,7 +59,8 @@ class BeamsPreset(Preset):
     methods: tuple[str, ...] = sized(("best", "bvh-cl"), ("bvh-cl",))
     size: int = sized(512, 64)
     beams: tuple[int, ...] = sized((36_294, 1_000_000), (5_000,))
-    listed_rays: int = sized(1 << 16, 1 << 11)
+    peer_rays: int = sized(1 << 16, 1 << 12)
+    listed_rays: int = sized(1 << 15, 1 << 11)
     brute_rays: int = sized(1 << 10, 1 << 8)
     memory_rays: int = sized(1 << 14, 1 << 12)
     point_beams: int = sized(4_000_000, 40_000)
@@ -68,7 +69,7 @@ class BeamsPreset(Preset):
     cut_beams: int = sized(20_000, 1_000)
     pass_beams: int = sized(100_000, 5_000)
     passes: int = sized(30, 3)
-    pass_radius: float = 0.005
+    pass_radius: float = 0.003
     radii_beams: int = sized(100_000, 5_000)
     radii: tuple[float, ...] = sized((0.0005, 0.001, 0.002, 0.003, 0.004, 0.005), (0.001, 0.005))
     caustic_size: int = sized(128, 32)
@@ -115,6 +116,7 @@ def run_beams(
     gathers = GatherSize(
         preset.beams,
         preset.size,
+        preset.peer_rays,
         preset.listed_rays,
         preset.brute_rays,
         preset.memory_rays,

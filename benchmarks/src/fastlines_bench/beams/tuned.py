@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
@@ -11,7 +11,7 @@ import numpy as np
 
 from ..harness.clock import clock, timed
 from ..peers.beam_loops import BeamGrid
-from ..peers.embree import Build, Config, Scenes, widths
+from ..peers.embree import Build, Scenes, configs
 from ..peers.gathering import Gathering
 from .cube import Cube
 
@@ -25,7 +25,7 @@ MAX_PIECES, MAX_REFS = 8_000_000, 150_000_000
 RESOLUTIONS = (16, 32, 64, 128, 256)
 
 #: The rays of a trial.
-TRIED = 1 << 12
+TRIED = 1 << 11
 
 
 @dataclass(frozen=True)
@@ -45,9 +45,13 @@ def fastest(found: Sequence[Tuned], with_build: bool = False) -> Tuned:
 def tune_embree(
     cube: Cube, given: Gathering, n_threads: int, qualities: Sequence[str], built_for: float | None = None
 ) -> list[Tuned]:
-    """Try all configurations of Embree's user geometry; return them all."""
+    """Try configurations of Embree's user geometry; return them all.
+
+    All widths of packets are tried on whole beams, and the fastest one on pieces.
+    """
     length, diagonal = _total_length(cube), float(np.linalg.norm(np.ptp(cube.lines.bounds, axis=0)))
-    found, few = [], cube.rays.part(TRIED)
+    found: list[Tuned] = []
+    few = cube.rays.part(TRIED)
     for quality in qualities:
         for share in PIECES:
             piece = share * diagonal
@@ -55,11 +59,10 @@ def tune_embree(
                 continue
             build = Build("user", piece, quality)
             scenes = Scenes(cube.lines, given.radius, (0, 0, 0), n_threads, built_for)
-            for width in widths(scenes, build):
-                for coherent in (False, True) if width > 1 else (False,):
-                    config = Config(build, width, coherent)
-                    took = _trial(partial(scenes.gather, config, given, few, cube.powers), n_threads)
-                    found.append(Tuned(config, scenes.build_seconds(build), took * len(cube.rays) / len(few)))
+            tried = [fastest(found).choice] if piece else configs(scenes, [build], "all", few)
+            for config in (replace(each, build=build) for each in tried):
+                took = _trial(partial(scenes.gather, config, given, few, cube.powers), n_threads)
+                found.append(Tuned(config, scenes.build_seconds(build), took * len(cube.rays) / len(few)))
     return found
 
 
