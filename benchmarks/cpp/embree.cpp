@@ -58,16 +58,23 @@ Kind kind_named(const std::string& name) {
   throw std::invalid_argument("unknown kind of geometry: " + name);
 }
 
+Quality quality_named(const std::string& name) {
+  if (name == "low") return Quality::low;
+  if (name == "medium") return Quality::medium;
+  if (name == "high") return Quality::high;
+  throw std::invalid_argument("unknown quality: " + name);
+}
+
 void make_scene(Scene* self, Input<float> segments, Input<float> radii, Input<float> vertices,
                 Input<std::uint32_t> index, const std::string& kind, float radius, float piece_length,
-                unsigned halvings, bool high_quality, bool compact, const std::string& device,
+                unsigned halvings, const std::string& quality, bool compact, const std::string& device,
                 std::tuple<float, float, float> eye) {
   SceneSettings settings;
   settings.kind = kind_named(kind);
   settings.radius = radius;
   settings.piece_length = piece_length;
   settings.halvings = halvings;
-  settings.quality = high_quality ? Quality::high : Quality::medium;
+  settings.quality = quality_named(quality);
   settings.compact = compact;
   settings.device = device;
   std::tie(settings.eye[0], settings.eye[1], settings.eye[2]) = eye;
@@ -100,6 +107,19 @@ Output<bool> any_hit(const Scene& scene, Input<float> origins, Input<float> dire
   const WithoutGil without_gil;
   any_hits(scene, rays, {width, coherent, n_threads}, found.data());
   return found;
+}
+
+/// The sums of each ray; `gather` has the fields of Gather without the bounds of t.
+Output<float> gather(const Scene& scene, Input<float> origins, Input<float> directions, float t_min, float t_max,
+                     int width, bool coherent, unsigned n_threads, std::tuple<float, float, float, float> gather,
+                     Input<float> powers) {
+  const Rays rays = batch(origins, directions, t_min, t_max);
+  const auto [radius, sigma, line_sigma, g] = gather;
+  auto sums = make_array<float>(kColours * rays.origins.size());
+  const WithoutGil without_gil;
+  gathers(scene, rays, {width, coherent, n_threads}, {radius, sigma, line_sigma, g, t_min, t_max},
+          rows<float>(powers).data(), best_callbacks(), sums.data());
+  return sums;
 }
 
 /// The hits of each thread.
@@ -150,11 +170,13 @@ NB_MODULE(_embree, m) {
   };
   nb::class_<Scene> scene(m, "Scene");
   scene.def("__init__", &make_scene, "segments"_a.noconvert(), "radii"_a.noconvert(), "vertices"_a.noconvert(),
-            "index"_a.noconvert(), "kind"_a, "radius"_a, "piece_length"_a, "halvings"_a, "high_quality"_a, "compact"_a,
+            "index"_a.noconvert(), "kind"_a, "radius"_a, "piece_length"_a, "halvings"_a, "quality"_a, "compact"_a,
             "device"_a, "eye"_a);
   query(scene, "first_hit", &first_hit);
   query(scene, "any_hit", &any_hit);
   query(scene, "all_hits", &all_hit);
+  scene.def("gather", &gather, "origins"_a.noconvert(), "directions"_a.noconvert(), "t_min"_a, "t_max"_a, "width"_a,
+            "coherent"_a, "n_threads"_a, "gather"_a, "powers"_a.noconvert());
   scene.def("is_native", &Scene::is_native, "width"_a);
   scene.def_rw("radius", &Scene::radius);
   scene.def_prop_ro("n_pieces", &Scene::n_pieces);

@@ -117,6 +117,18 @@ void trace(const Scene& scene, const Rays& rays, QueryArguments& args, std::size
   }
 }
 
+/// Traces the rays of a chunk past all hits.
+template <int W, class Then>
+void trace_all(const Scene& scene, const Rays& rays, QueryArguments& args, std::size_t begin, std::size_t end,
+               Then&& then) {
+  // In Embree 4.4, packets of coherent rays call an occlusion callback that rejects its hit more than once for the
+  // same primitive and ray; rtcIntersect does not. For incoherent rays, occlusion is faster.
+  if (args.flags & kCoherent)
+    trace<W, false>(scene, rays, args, begin, end, then);
+  else
+    trace<W, true>(scene, rays, args, begin, end, then);
+}
+
 /// Calls use(width) with the width as a compile-time constant.
 template <class Use>
 void with_width(int width, Use&& use) {
@@ -244,16 +256,31 @@ std::vector<HitBuffer> all_hits(const Scene& scene, const Rays& rays, const Trac
       args.filter = collector(scene.settings().kind);
     }
     with_width(options.width, [&](auto width) {
-      const auto nothing = [](const auto&, int, std::size_t) {};
-      // In Embree 4.4, packets of coherent rays call an occlusion callback that rejects its hit more than once for the
-      // same primitive and ray; rtcIntersect does not. For incoherent rays, occlusion is faster.
-      if (options.coherent)
-        trace<width(), false>(scene, rays, args, begin, end, nothing);
-      else
-        trace<width(), true>(scene, rays, args, begin, end, nothing);
+      trace_all<width()>(scene, rays, args, begin, end, [](const auto&, int, std::size_t) {});
     });
   });
   return hits;
+}
+
+void gathers(const Scene& scene, const Rays& rays, const TraceOptions& options, const Gather& gather,
+             const float* powers, const Callbacks& callbacks, float* sums) {
+  const Batch shared = batch_of(scene, rays);
+  parallel_for(rays.origins.size(), options.n_threads, [&](unsigned, std::size_t begin, std::size_t end) {
+    alignas(64) float of_packet[kColours][kMaxWidth] = {};
+    Batch batch = shared;
+    batch.gather = gather;
+    batch.powers = powers;
+    batch.sums = of_packet;
+    QueryArguments args;
+    args.flags = options.coherent ? kCoherent : 0;
+    args.context = &batch;
+    args.callback = callbacks.gather;
+    with_width(options.width, [&](auto width) {
+      trace_all<width()>(scene, rays, args, begin, end, [&](const auto&, int lane, std::size_t i) {
+        for (int c = 0; c < kColours; ++c) sums[kColours * i + c] = std::exchange(of_packet[c][lane], 0.0f);
+      });
+    });
+  });
 }
 
 }  // namespace fastlines::peers

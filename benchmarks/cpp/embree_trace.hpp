@@ -33,4 +33,9 @@ void any_hits(const Scene& scene, const Rays& rays, const TraceOptions& options,
 std::vector<HitBuffer> all_hits(const Scene& scene, const Rays& rays, const TraceOptions& options,
                                 const Callbacks& callbacks);
 
+/// The sums over all crossings of each ray with the beams of a scene of user geometry: kColours a ray. `powers` has as
+/// many for each beam.
+void gathers(const Scene& scene, const Rays& rays, const TraceOptions& options, const Gather& gather,
+             const float* powers, const Callbacks& callbacks, float* sums);
+
 }  // namespace fastlines::peers

@@ -10,13 +10,9 @@
 // segment.
 #include "embree_user.hpp"
 
-#if defined(__AVX2__) || defined(__AVX512F__)
-#include <immintrin.h>
-#endif
-
-#include <cstring>
 #include <limits>
-#include <type_traits>
+
+#include "lanes.hpp"
 
 #ifndef PEER_ISA
 #define PEER_ISA portable
@@ -26,62 +22,6 @@ namespace fastlines::peers {
 namespace {
 
 enum class Query { first, any, all };
-
-/// Vectors of W lanes; for W = 1 a scalar.
-template <int W>
-struct Lanes {
-  typedef float F __attribute__((vector_size(4 * W)));
-  typedef std::int32_t I __attribute__((vector_size(4 * W)));
-};
-template <>
-struct Lanes<1> {
-  using F = float;
-  using I = std::int32_t;
-};
-
-template <class Value>
-Value load(const void* from) {
-  Value value;
-  std::memcpy(&value, from, sizeof(Value));
-  return value;
-}
-
-inline unsigned bits(std::int32_t mask) { return mask != 0; }
-
-template <class I>
-unsigned bits(const I& mask) {
-#ifdef __AVX512DQ__
-  if constexpr (sizeof(I) == 64) return _mm512_movepi32_mask((__m512i)mask);
-#endif
-#ifdef __AVX2__
-  if constexpr (sizeof(I) == 32) return unsigned(_mm256_movemask_ps((__m256)mask));
-  if constexpr (sizeof(I) == 16) return unsigned(_mm_movemask_ps((__m128)mask));
-#endif
-  unsigned found = 0;
-  for (unsigned i = 0; i < sizeof(I) / 4; ++i) found |= unsigned(mask[i] != 0) << i;
-  return found;
-}
-
-/// A comparison as a mask with lanes of −1 and 0; a scalar comparison gives a bool.
-template <class I, class Compared>
-I as_mask(const Compared& compared) {
-  if constexpr (std::is_same_v<Compared, bool>)
-    return -I(compared);
-  else
-    return (I)compared;
-}
-
-template <class I, class F>
-F blend(const I& mask, const F& yes, const F& no) {
-  return mask ? yes : no;
-}
-
-template <class I, class F>
-F clamp01(const F& x) {
-  const F zero{}, one = zero + 1.0f;
-  const F low = blend(as_mask<I>(x > zero), x, zero);
-  return blend(as_mask<I>(low < one), low, one);
-}
 
 /// Tests W rays, from lane `from` of a packet of n, against a piece.
 template <int W, Query kQuery>
@@ -198,7 +138,9 @@ void callback(const CallbackArguments* args) {
 }  // namespace
 
 namespace PEER_ISA {
-Callbacks callbacks() { return {callback<Query::first>, callback<Query::any>, callback<Query::all>}; }
+Callbacks callbacks() {
+  return {callback<Query::first>, callback<Query::any>, callback<Query::all>, gather_callback()};
+}
 }  // namespace PEER_ISA
 
 }  // namespace fastlines::peers

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "embree_api.hpp"
+#include "gather.hpp"
 
 namespace fastlines::peers {
 
@@ -38,6 +39,9 @@ struct HitBuffer {
   void grow();  // doubles the size
 };
 
+/// The widest packet of rays.
+inline constexpr int kMaxWidth = 16;
+
 /// What the rays of a batch share, and the buffer for their hits. Embree passes it to the callbacks.
 struct Batch : QueryContext {
   const Piece* pieces = nullptr;       // user geometry
@@ -48,22 +52,28 @@ struct Batch : QueryContext {
   float t_max = 0.0f;                  // of the query; tfar falls with hits
   bool bounded = false;                // t_max is finite
   HitBuffer* hits = nullptr;           // for all hits, in no order
+  Gather gather{};                     // for sums over all hits, with the power of each beam
+  const float* powers = nullptr;
+  float (*sums)[kMaxWidth] = nullptr;  // of the packet that is traced, for each colour
 };
 
 /// One callback per kind of query, for packets of 1, 4, 8 and 16 rays.
 struct Callbacks {
-  Callback first, any, all;
+  Callback first, any, all, gather;
 };
 
 // The same source, compiled for each instruction set.
 namespace avx512 {
 Callbacks callbacks();
-}
+Callback gather_callback();
+}  // namespace avx512
 namespace avx2 {
 Callbacks callbacks();
-}
+Callback gather_callback();
+}  // namespace avx2
 namespace portable {
 Callbacks callbacks();
-}
+Callback gather_callback();
+}  // namespace portable
 
 }  // namespace fastlines::peers

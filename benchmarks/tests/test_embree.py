@@ -85,7 +85,7 @@ def test_user_geometry_has_our_definition_of_a_hit(tree, scenes, rays, length, w
 @pytest.mark.parametrize("length", [0.0, 0.05])
 def test_other_geometries_nearly_agree(tree, scenes, scene, geometry, length):
     rays = camera_rays(scene.camera, 4096)
-    build = Build(geometry, length, high_quality=geometry != "ribbon")
+    build = Build(geometry, length, quality="medium" if geometry == "ribbon" else "high")
     answers = {query: answer(tree, f"{query}_hit{'s' * (query == 'all')}", rays) for query in ("first", "any", "all")}
     for width, coherent in WIDTHS:
         for query, ours in answers.items():
@@ -119,17 +119,17 @@ def test_memory_and_pieces_are_counted(scenes):
     assert 300 * 20 <= cut.n_pieces <= 300 * 36
     assert cut.bytes > 32 * cut.n_pieces
     assert cut.bytes > 5 * whole.bytes > 0
-    splits, none = (scenes.get(Build("ribbon", 0.0, quality)) for quality in (True, False))
+    splits, none = (scenes.get(Build("ribbon", 0.0, quality)) for quality in ("high", "medium"))
     assert splits.bytes != none.bytes
     assert scenes.build_seconds(Build("user", 0.05)) > 0
 
 
 def test_configurations(scenes, scene):
     camera, random = camera_rays(scene.camera, 64), random_rays(scene.lines, 64)
-    builds = [Build("user"), Build("ribbon"), Build("ribbon", high_quality=False)]
+    builds = [Build("user"), Build("ribbon"), Build("ribbon", quality="medium")]
     found = {(str(c.build), c.width) for c in configs(scenes, builds, "first", camera)}
     assert {("user, whole", 1), ("user, whole", 8), ("ribbon, spatial splits, whole", 1), ("ribbon, whole", 8)} <= found
-    assert not any(c.build.high_quality for c in configs(scenes, builds, "all", camera) if c.build.geometry == "ribbon")
+    assert not any(c.build.splits_space for c in configs(scenes, builds, "all", camera) if c.build.geometry == "ribbon")
     assert {c.build.geometry for c in configs(scenes, builds, "first", random)} == {"user"}
     assert not any(c.coherent for c in configs(scenes, builds, "first", random))
 

@@ -42,8 +42,8 @@ def test_spheres_are_ours(width: int, coherent: bool, compact: bool) -> None:
 
 
 @pytest.mark.parametrize("compact", [False, True])
-@pytest.mark.parametrize("high_quality", [False, True])
-def test_triangles_are_those_of_moller_and_trumbore(high_quality: bool, compact: bool) -> None:
+@pytest.mark.parametrize("quality", ["low", "medium", "high"])
+def test_triangles_are_those_of_moller_and_trumbore(quality: str, compact: bool) -> None:
     rng = np.random.default_rng(1)
     vertices = rng.random((200, 3), np.float32)
     index = np.stack([rng.permutation(200)[:3] for _ in range(300)])
@@ -51,7 +51,7 @@ def test_triangles_are_those_of_moller_and_trumbore(high_quality: bool, compact:
     expected = np.full(len(RAYS), np.inf)
     np.minimum.at(expected, ray, t)
     scenes = Scenes.of_shapes(vertices, 1, index)
-    build = Build("triangle", high_quality=high_quality, compact=compact)
+    build = Build("triangle", quality=quality, compact=compact)
     for width, coherent in WIDTHS:
         config = Config(build, width, coherent)
         first, which = scenes.query(config, "first", RAYS)
@@ -128,7 +128,7 @@ def cones_of(curves, n):
 def test_names_of_builds() -> None:
     named = {
         "triangle, spatial splits, compact": Build("triangle", compact=True),
-        "triangle": Build("triangle", high_quality=False),
+        "triangle": Build("triangle", quality="medium"),
         "bezier, 4 parts": Build("bezier", halvings=2),
         "bezier, whole": Build("bezier"),
         "sphere": Build("sphere"),

@@ -23,7 +23,7 @@ class Scene:
         radius: float,
         piece_length: float,
         halvings: int,
-        high_quality: bool,
+        quality: str,
         compact: bool,
         device: str,
         eye: tuple[float, float, float],
@@ -58,6 +58,18 @@ class Scene:
         coherent: bool,
         n_threads: int,
     ) -> HitBuffers: ...
+    def gather(
+        self,
+        origins: _Floats,
+        directions: _Floats,
+        t_min: float,
+        t_max: float,
+        width: int,
+        coherent: bool,
+        n_threads: int,
+        gather: tuple[float, float, float, float],
+        powers: _Floats,
+    ) -> _Floats: ...
     def is_native(self, width: int) -> bool: ...
     @property
     def n_pieces(self) -> int: ...

@@ -9,9 +9,9 @@ import typer
 from fastlines import InputError
 from fastlines.scenes import MAX_SEGMENTS
 
+from ..harness.show_figures import print_figures
 from ..scale.growth import draw_growth
 from ..scale.run import PARTS, ScalePreset, run_scale
-from ..scale.show import print_figures
 from .app import app
 from .options import (
     JsonFile,

@@ -27,7 +27,7 @@ from ..harness.turns import query_tree
 from ..peers.embree import Build, Config, Scenes, configs
 
 #: The tried builds of Embree: the geometry, the longest piece in diagonals of the box (0 = whole), and the quality.
-GEOMETRIES, PIECES, QUALITIES = ("user", "flat", "round"), (0.0, 1 / 8, 1 / 32), (False, True)
+GEOMETRIES, PIECES, QUALITIES = ("user", "flat", "round"), (0.0, 1 / 8, 1 / 32), ("medium", "high")
 #: How many rays choose among them.
 TRIED = 1 << 13
 #: At most this fraction of the rays may have another first hit in user geometry: those at the very edge of the radius.
@@ -206,8 +206,8 @@ def _choose(subject: Subject, geometry: str, radii: list[float], rays: RayBatch,
     now, few = clock(n_threads), rays.part(TRIED)
     seconds: dict[Config, float] = {}
     for radius in (radii[0], radii[len(radii) // 2], radii[-1]):
-        for share, high in product(PIECES, QUALITIES):
-            each = Build(geometry, share * subject.diagonal, high_quality=high)
+        for share, quality in product(PIECES, QUALITIES):
+            each = Build(geometry, share * subject.diagonal, quality=quality)
             scenes = Scenes(subject.lines, radius, subject.camera.origin, n_threads)
             build_s = scenes.build_seconds(each)
             for config in configs(scenes, [each], "first", few):

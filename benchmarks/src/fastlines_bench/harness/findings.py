@@ -39,8 +39,8 @@ class Check:
         return self.least * (1 - ROUNDING) <= self.figure <= self.most * (1 + ROUNDING)
 
     def to_json(self) -> dict[str, Any]:
-        """Return all figures, ready for JSON."""
-        return {**asdict(self), "holds": self.holds}
+        """Return all figures, ready for JSON, which has no infinity: then `most` is None."""
+        return {**asdict(self), "most": None if self.most == float("inf") else self.most, "holds": self.holds}
 
 
 @dataclass(frozen=True)

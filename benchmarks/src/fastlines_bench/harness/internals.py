@@ -34,6 +34,8 @@ from fastlines.rendering.shading.shading_context import ShadingContext
 from fastlines.report import page
 from fastlines.report.measure import describe_machine
 from fastlines.report.tables import format_3_digits
+from fastlines.scenes.beams import EXTINCTION as CUBE_EXTINCTION
+from fastlines.scenes.beams import G as CUBE_G
 from fastlines.settings.methods import DEFAULT_METHOD, METHOD_NOTES, THESIS_METHODS, best_settings, method_settings
 from fastlines.settings.settings import REF_LIMIT, limit_notes
 from fastlines.structure import tree_file
@@ -44,6 +46,8 @@ from fastlines.support.optional import optional
 from fastlines.threads import MAX_THREADS, map_in_threads, num_threads
 
 __all__ = [
+    "CUBE_EXTINCTION",
+    "CUBE_G",
     "DEFAULT_METHOD",
     "MAX_THREADS",
     "METHOD_NOTES",

@@ -9,7 +9,7 @@ import importlib.util
 import os
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import astuple, dataclass, replace
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -21,6 +21,7 @@ from fastlines import FastlinesError, Lines
 
 from ..harness.arrays import FloatArray
 from ..harness.rays import RayBatch
+from .gathering import Gathering
 
 if TYPE_CHECKING:
     from fastlines_bench import _embree
@@ -40,6 +41,10 @@ GEOMETRIES = {
 OF_TRIANGLES = ("ribbon", "triangle")
 
 
+#: The values of RTCBuildQuality, from the fastest build to the fastest queries.
+QUALITIES = ("low", "medium", "high")
+
+
 @dataclass(frozen=True)
 class Build:
     """The settings of an Embree scene.
@@ -52,8 +57,8 @@ class Build:
         Segments are cut into equal pieces of at most this length; 0 = whole.
     halvings : int
         Cubic curves are cut into 2**halvings parts.
-    high_quality : bool
-        RTC_BUILD_QUALITY_HIGH, which gives triangles spatial splits, instead of MEDIUM.
+    quality : str
+        One of `QUALITIES`. High gives triangles spatial splits.
     replications : float
         The device's max_spatial_split_replications; 0 = its default.
     compact : bool
@@ -62,7 +67,7 @@ class Build:
 
     geometry: str
     piece_length: float = 0.0
-    high_quality: bool = True
+    quality: str = "high"
     replications: float = 0.0
     halvings: int = 0
     compact: bool = False
@@ -71,6 +76,8 @@ class Build:
         words = [self.geometry]
         if self.splits_space:
             words.append("spatial splits" + (f" ×{self.replications:g}" if self.replications else ""))
+        if self.quality == "low":
+            words.append("low quality")
         if self.compact:
             words.append("compact")
         if self.geometry == "bezier" and self.halvings:
@@ -82,7 +89,7 @@ class Build:
     @property
     def splits_space(self) -> bool:
         """Whether the builder makes spatial splits."""
-        return self.geometry in OF_TRIANGLES and self.high_quality
+        return self.geometry in OF_TRIANGLES and self.quality == "high"
 
 
 @dataclass(frozen=True)
@@ -104,7 +111,7 @@ class Config:
             "name": str(self),
             "geometry": build.geometry,
             "piece_length": build.piece_length,
-            "high_quality": build.high_quality,
+            "quality": build.quality,
             "max_spatial_split_replications": build.replications or None,
             "parts": 2**build.halvings,
             "compact": build.compact,
@@ -239,7 +246,7 @@ class Scenes:
                 self.built_for or self.radius,
                 build.piece_length,
                 build.halvings,
-                build.high_quality,
+                build.quality,
                 build.compact,
                 device,
                 self._eye,
@@ -264,6 +271,12 @@ class Scenes:
         return method(
             rays.origins, rays.directions, rays.t_min, rays.t_max, config.width, config.coherent, self.n_threads
         )
+
+    def gather(self, config: Config, given: Gathering, rays: RayBatch, powers: FloatArray) -> FloatArray:
+        """Return the sums over the beams that each ray crosses, (n_rays, 3) float32; for user geometry."""
+        how = rays.t_min, rays.t_max, config.width, config.coherent, self.n_threads
+        sums = self.get(config.build).gather(rays.origins, rays.directions, *how, astuple(given), powers.reshape(-1))
+        return sums.reshape(-1, 3)
 
 
 def widths(scenes: Scenes, build: Build) -> list[int]:

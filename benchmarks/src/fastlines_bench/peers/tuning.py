@@ -28,7 +28,7 @@ VARIANTS = (
     Build("user"),
     Build("flat"),
     Build("round"),
-    Build("ribbon", high_quality=False),
+    Build("ribbon", quality="medium"),
     Build("ribbon"),
     Build("ribbon", replications=8.0),
 )
@@ -126,7 +126,7 @@ def usual_build(builds: dict[str, list[Build]], scenes: Scenes, batches: Sequenc
 def _applies(variant: Build, query: str, batches: Sequence[RayBatch]) -> bool:
     if variant.geometry != "ribbon":
         return True
-    return any(rays.coherent for rays in batches) and query != "any" and not (query == "all" and variant.high_quality)
+    return any(rays.coherent for rays in batches) and query != "any" and not (query == "all" and variant.splits_space)
 
 
 def _with_length(variant: Build, length: float) -> Build:

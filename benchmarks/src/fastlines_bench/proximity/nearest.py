@@ -170,7 +170,7 @@ class NearestResult:
 
     def to_json(self) -> dict[str, Any]:
         """Return all figures, ready for JSON."""
-        checks = [{**check.to_json(), "most": None} for check in self.checks()]
+        checks = [check.to_json() for check in self.checks()]
         return {"format": "fastlines-bench nearest 1", **asdict(self), "checks": checks}
 
 

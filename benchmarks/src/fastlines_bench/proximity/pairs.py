@@ -148,7 +148,7 @@ class PairsResult:
 
     def to_json(self) -> dict[str, Any]:
         """Return all figures, ready for JSON."""
-        checks = [{**check.to_json(), "most": _finite(check.most)} for check in self.checks()]
+        checks = [check.to_json() for check in self.checks()]
         return {"format": "fastlines-bench pairs 1", **asdict(self), "checks": checks}
 
 
@@ -258,8 +258,3 @@ def _differences(scene: ContactScene, name: str, ours: IntArray, theirs: IntArra
             f"{name} alone, although its distance differs from the radius by {off.max():.2g}"
         )
     return len(keys)
-
-
-def _finite(bound: float | None) -> float | None:
-    """Return a bound without infinity, which JSON has not."""
-    return None if bound == float("inf") else bound

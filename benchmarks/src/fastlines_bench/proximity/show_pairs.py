@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from ..harness.show_checks import print_checks
 from ..harness.tables import format_3_digits, new_table, print_table, wide_console
-from .checks import print_checks
 from .pairs import PairsResult
 
 

@@ -13,10 +13,10 @@ import numpy as np
 
 import fastlines as fl
 
+from ..harness.figures import Figures
 from ..harness.findings import Check
 from ..harness.rays import rays_through
 from ..harness.subjects import Subject, scene_subject, tapered
-from .figures import Figures
 from .questions import columns_of, same
 
 #: Queries a tree or a forest, and returns the answer.

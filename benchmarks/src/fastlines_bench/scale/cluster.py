@@ -15,11 +15,11 @@ import numpy as np
 
 import fastlines as fl
 
+from ..harness.figures import Figures
 from ..harness.findings import Check
 from ..harness.internals import num_threads, optional
 from . import streamlines
 from .answers import most_segments
-from .figures import Figures
 from .questions import RADIUS, columns_of, same
 
 #: The rays of a block of a dask array.

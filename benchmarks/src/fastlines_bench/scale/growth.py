@@ -13,10 +13,10 @@ import numpy as np
 import fastlines as fl
 
 from ..engine.growth.run import exponent
+from ..harness.figures import Figures
 from ..harness.plot import label_log, new_figure, save, style
 from . import streamlines
 from .answers import most_segments
-from .figures import Figures
 from .questions import RADIUS
 
 #: The rays of one call: more are traced in several calls, so that rays and hits need no memory.

@@ -14,12 +14,12 @@ import numpy as np
 
 import fastlines as fl
 
+from ..harness.figures import Figures
 from ..harness.findings import Check
 from ..harness.internals import FastlinesError, optional
 from . import streamlines
 from .answers import most_segments
 from .cluster import local_client
-from .figures import Figures
 from .questions import RADIUS, columns_of, same
 
 #: How long Dask waits for what does not answer. By default it is half a minute for a connection, and five minutes for a

@@ -10,9 +10,9 @@ import numpy as np
 
 import fastlines as fl
 
+from ..harness.figures import Figures
 from ..harness.findings import Check
 from . import streamlines
-from .figures import Figures
 from .limited import run_limited
 from .questions import QUESTIONS, RADIUS, columns_of, same
 

@@ -13,8 +13,8 @@ from typing import Any
 
 import numpy as np
 
+from ..harness.figures import Figures
 from ..harness.findings import Check
-from .figures import Figures
 
 
 def run_restarts(n_segments: int, n_tiles: int, n_kills: int, progress: Any) -> Figures:

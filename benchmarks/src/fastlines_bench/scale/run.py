@@ -10,8 +10,8 @@ from typing import Any
 from fastlines.scenes import NAMES
 
 from ..harness import machine
+from ..harness.figures import Figures
 from ..harness.preset import Preset, sized
-from .figures import Figures
 
 #: The parts, in the order in which they run.
 PARTS = ("answers", "memory", "cluster", "kills", "restarts", "growth")

@@ -29,7 +29,7 @@ from .trees import CHECKED
 
 def ribbons(length: float) -> Config:
     """Return the thesis's configuration: ribbons, ray by ray, without spatial splits, which report some hits twice."""
-    return Config(Build("ribbon", length, high_quality=False), width=1)
+    return Config(Build("ribbon", length, quality="medium"), width=1)
 
 
 def sweep_step(subject: Subject, preset: ThesisPreset) -> Found:

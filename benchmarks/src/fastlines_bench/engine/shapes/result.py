@@ -121,12 +121,6 @@ class Result:
                 }
                 for shape, question in dict.fromkeys((cell.shape, cell.question) for cell in self.cells)
             ],
-            "checks": [_to_json(check) for check in self.checks()],
+            "checks": [check.to_json() for check in self.checks()],
             "cells": [cell.to_json() for cell in self.cells],
         }
-
-
-def _to_json(check: Check) -> dict[str, Any]:
-    """Return a check without an infinite bound, which JSON has not."""
-    figures = check.to_json()
-    return {**figures, "most": None if check.most == float("inf") else check.most}

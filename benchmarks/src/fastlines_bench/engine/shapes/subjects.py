@@ -223,7 +223,7 @@ class _Triangles(_Solids):
     def builds(
         self, preset: EnginePreset, batches: list[RayBatch], say: Callable[[str], None]
     ) -> Mapping[str, list[Build]]:
-        every = [Build("triangle", high_quality=splits) for splits in (True, False)]
+        every = [Build("triangle", quality=quality) for quality in ("high", "medium")]
         variants = [replace(build, compact=compact) for build in every for compact in (False, True)]
         return {"first": variants, "all": [build for build in variants if not build.splits_space]}
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from rich.console import Console
 
-from ..harness.findings import Check
+from .findings import Check
 
 
 def print_checks(console: Console, checks: list[Check]) -> None:
@@ -14,7 +14,9 @@ def print_checks(console: Console, checks: list[Check]) -> None:
     console.print("What is wanted:")
     for check in checks:
         verdict = {True: "yes", False: "NO", None: "not measured"}[check.holds]
-        figure = "–" if check.figure is None else f"{check.figure:.2f}"
+        figure = (
+            "–" if check.figure is None else f"{check.figure:.2f}" if check.figure >= 0.1 else f"{check.figure:.1e}"
+        )
         bound = f"at least {check.least:g}" if check.least else f"at most {check.most:g}"
         named = f"{check.scene}, {check.what}" if check.scene else check.what
         console.print(f"  {verdict}: {named}: {figure}, {bound}", highlight=False)

@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
-from ..harness.findings import Check
+from .arrays import Float64Array
+from .findings import Check
 
 
 @dataclass(frozen=True)
@@ -26,6 +27,8 @@ class Figures:
         What was wanted.
     points : list of dict
         What a plot draws.
+    pictures : dict of str to (height, width, 3) array
+        The pictures that it draws.
     """
 
     name: str
@@ -35,7 +38,9 @@ class Figures:
     notes: list[str] = field(default_factory=list)
     checks: list[Check] = field(default_factory=list)
     points: list[dict[str, Any]] = field(default_factory=list)
+    pictures: dict[str, Float64Array] = field(default_factory=dict)
 
     def to_json(self) -> dict[str, Any]:
-        """Return all figures, ready for JSON."""
-        return {**asdict(self), "checks": [check.to_json() for check in self.checks]}
+        """Return all figures, ready for JSON, without the pictures."""
+        figures = {name: value for name, value in asdict(self).items() if name != "pictures"}
+        return {**figures, "checks": [check.to_json() for check in self.checks]}

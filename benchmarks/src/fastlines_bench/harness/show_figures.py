@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from ..harness.tables import format_3_digits, new_table, print_table, wide_console
-from ..proximity.checks import print_checks
 from .figures import Figures
+from .show_checks import print_checks
+from .tables import format_3_digits, new_table, print_table, wide_console
 
 
 def print_figures(figures: Figures) -> None:
