@@ -18,6 +18,12 @@
 
 namespace fastlines {
 
+/// The pieces from `first` up to `end`.
+struct PieceRange {
+  std::int64_t first, end;
+  std::int64_t size() const { return end - first; }
+};
+
 /// The primitives that pieces belong to.
 struct PieceOwners {
   std::span<const std::int64_t> of_piece;  ///< the primitive of each piece; empty if each piece is one
@@ -25,13 +31,13 @@ struct PieceOwners {
   bool is_same(std::int64_t piece, std::int64_t other) const {
     return of_piece.empty() ? piece == other : of_piece[std::size_t(piece)] == of_piece[std::size_t(other)];
   }
-  /// The pieces of the primitive of one: from the first of the pair up to the second.
-  std::pair<std::int64_t, std::int64_t> pieces_beside(std::int64_t piece) const {
-    std::int64_t first = piece, end = piece + 1;
-    if (of_piece.empty()) return {first, end};
-    while (first > 0 && is_same(piece, first - 1)) --first;
-    while (end < std::int64_t(of_piece.size()) && is_same(piece, end)) ++end;
-    return {first, end};
+  /// All pieces of the primitive that a piece belongs to.
+  PieceRange pieces_beside(std::int64_t piece) const {
+    PieceRange all{piece, piece + 1};
+    if (of_piece.empty()) return all;
+    while (all.first > 0 && is_same(piece, all.first - 1)) --all.first;
+    while (all.end < std::int64_t(of_piece.size()) && is_same(piece, all.end)) ++all.end;
+    return all;
   }
 };
 
@@ -69,16 +75,31 @@ class CrossingFinder {
   /// closest approach. Unless the listed pieces are complete, all pieces of their primitives are tested.
   void find(const RayQuery& query, std::span<const std::int64_t> listed, bool is_complete, std::vector<Hit>& to) {
     to.clear();
-    hits_.clear();
     if (listed.empty()) return;
     const auto ray = prepare_for<P>(query, frame_);
     choose_pieces(ray, listed, is_complete);
-    test(query, ray);
+    hits_.clear();
+    test(query, ray, pieces_.size(), [&](std::size_t i) { return pieces_[i]; });
     // Join the hits of each primitive.
     for (auto begin = hits_.begin(), next = begin; begin != hits_.end(); begin = next) {
       while (next != hits_.end() && owners_.is_same(begin->closest.prim, next->closest.prim)) ++next;
       list_crossings(std::span(begin, next), to);
     }
+  }
+
+  /// The same with the one primitive that these are the pieces of.
+  void find_of_one(const RayQuery& query, PieceRange pieces, std::vector<Hit>& to) {
+    to.clear();
+    const auto ray = prepare_for<P>(query, frame_);
+    hits_.clear();
+    if (pieces.size() > kFew) {
+      pieces_.clear();
+      append_near(ray, pieces);
+      test(query, ray, pieces_.size(), [&](std::size_t i) { return pieces_[i]; });
+    } else {
+      test(query, ray, std::size_t(pieces.size()), [&](std::size_t i) { return pieces.first + std::int64_t(i); });
+    }
+    list_crossings(hits_, to);
   }
 
  private:
@@ -90,20 +111,29 @@ class CrossingFinder {
     bool enters;  // whether the ray comes in from outside
   };
 
-  /// Choose the pieces to test, rising: those listed, or all that the ray may hit of their primitives. A few are not
-  /// worth a test before the exact one.
+  /// So many pieces are tested without a test whether the ray may hit them.
+  static constexpr std::int64_t kFew = 4 * kSimdWidth;
+
+  /// Choose the pieces to test, rising: those listed, or all that the ray may hit of their primitives.
   void choose_pieces(const RayOf<P>& ray, std::span<const std::int64_t> listed, bool is_complete) {
     pieces_.assign(listed.begin(), listed.end());
     std::sort(pieces_.begin(), pieces_.end());
     if (is_complete) return;
     std::swap(pieces_, listed_);
     pieces_.clear();
-    for (auto next = listed_.begin(); next != listed_.end();) {
-      const auto [first, end] = owners_.pieces_beside(*next);
-      for (std::int64_t piece = first; piece < end; ++piece)
-        if (end - first <= kSimdWidth || may_hit(ray, items_[piece])) pieces_.push_back(piece);
-      while (next != listed_.end() && *next < end) ++next;
+    std::int64_t end = 0;
+    for (const std::int64_t piece : listed_) {
+      if (piece < end) continue;
+      const PieceRange all = owners_.pieces_beside(piece);
+      append_near(ray, all);
+      end = all.end;
     }
+  }
+
+  /// Append the pieces of one primitive that the ray may hit; of few, all.
+  void append_near(const RayOf<P>& ray, const PieceRange& all) {
+    for (std::int64_t piece = all.first; piece < all.end; ++piece)
+      if (all.size() <= kFew || may_hit(ray, items_[piece])) pieces_.push_back(piece);
   }
 
   /// Whether the line of a ray comes within reach of the ball around a piece; `slack` covers all rounding.
@@ -123,14 +153,15 @@ class CrossingFinder {
     }
   }
 
-  /// Test the chosen pieces, 16 at a time, and list those that the ray hits.
-  void test(const RayQuery& query, const RayOf<P>& ray) {
+  /// Test pieces, rising, 16 at a time, and list those that the ray hits.
+  template <class PieceAt>
+  void test(const RayQuery& query, const RayOf<P>& ray, std::size_t n_pieces, const PieceAt& piece_at) {
     constexpr int n_floats = sizeof(typename P::Item) / sizeof(float);
-    for (std::size_t j = 0; j < pieces_.size(); j += kSimdWidth) {
-      const std::size_t n = std::min<std::size_t>(pieces_.size() - j, kSimdWidth);
+    for (std::size_t j = 0; j < n_pieces; j += kSimdWidth) {
+      const std::size_t n = std::min<std::size_t>(n_pieces - j, kSimdWidth);
       const float* rows[kSimdWidth];
       for (std::size_t lane = 0; lane < kSimdWidth; ++lane)
-        rows[lane] = reinterpret_cast<const float*>(items_ + pieces_[j + std::min(lane, n - 1)]);
+        rows[lane] = reinterpret_cast<const float*>(items_ + piece_at(j + std::min(lane, n - 1)));
       FloatX16 floats[n_floats];
       transpose_rows(rows, floats);
       const auto fields = P::fields(floats, frame_);
@@ -151,7 +182,7 @@ class CrossingFinder {
       }
       for (std::size_t lane = 0; lane < n; ++lane) {
         if (!(bits >> lane & 1)) continue;
-        PieceHit hit{{ray.t_ray(t[lane]), pieces_[j + lane], s[lane], ray.distance(dist2[lane])}, 0.0, 0, 0, 0, true};
+        PieceHit hit{{ray.t_ray(t[lane]), piece_at(j + lane), s[lane], ray.distance(dist2[lane])}, 0.0, 0, 0, 0, true};
         hit.gap = gap(query, hit.closest);
         if constexpr (!kHasSpread<P>) {
           hit.t_in = ray.t_ray(t_in[lane]);

@@ -169,9 +169,9 @@ struct FirstHitQuery {
                    float* t_out) const {
     for (int i = first; i < end; ++i) {
       if (prim[i] < 0) continue;
-      const Hit* const crossing = crossings->beginning_with(rays.id[i], std::uint32_t(prim[i]));
-      distance[i] = crossing->distance;
-      t_out[i] = crossing->t_out;
+      const Hit& crossing = crossings->first_with(rays.id[i], std::uint32_t(prim[i]));
+      distance[i] = crossing.distance;
+      t_out[i] = crossing.t_out;
     }
   }
 };
