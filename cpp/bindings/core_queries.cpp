@@ -162,7 +162,7 @@ ListTuple crossings(const View& view, RayArrays rays, Input<std::int64_t> offset
                     std::optional<std::size_t> k, bool by_distance, unsigned n_threads, nb::object progress) {
   const At at = at_of(at_name);
   const auto owners = owner ? rows<std::int64_t>(*owner) : std::span<const std::int64_t>();
-  const PieceLists lists{rows<std::int64_t>(offsets), rows<std::int64_t>(pieces), owners, is_complete};
+  const PieceLists lists{rows<std::int64_t>(offsets), rows<std::int64_t>(pieces), {owners}, is_complete};
   const RayBatch batch = batch_of(rays);
   const Keep keep = by_distance ? Keep::nearest : Keep::first;
   const bool is_long = may_be_long(batch.size(), lists.pieces.size());

@@ -142,9 +142,29 @@ FrameTuple hit_frames(AxisArrays axes, PlaceArrays places, HitRayArrays rays, do
   return {points, normals, tangents, to_eye, radius};
 }
 
+/// The curves that pieces are of, and the parameters of places s on them. Misses, -1, stay.
+std::tuple<Output<std::int64_t>, Output<float>> on_curves(Input<std::int64_t> piece, Input<float> s,
+                                                          Input<std::int64_t> curve, Input<float> begin,
+                                                          Input<float> end) {
+  const auto pieces = rows<std::int64_t>(piece), curves = rows<std::int64_t>(curve);
+  const auto places = rows<float>(s), begins = rows<float>(begin), ends = rows<float>(end);
+  auto prim = make_array<std::int64_t>(pieces.size());
+  auto u = make_array<float>(pieces.size());
+  std::int64_t* const to_prim = prim.data();
+  float* const to_u = u.data();
+  const WithoutGil without_gil;
+  for (std::size_t i = 0; i < pieces.size(); ++i) {
+    const std::int64_t at = pieces[i];
+    to_prim[i] = at < 0 ? -1 : curves[std::size_t(at)];
+    to_u[i] = at < 0 ? places[i] : parameter_on(begins[std::size_t(at)], ends[std::size_t(at)], places[i]);
+  }
+  return {prim, u};
+}
+
 }  // namespace
 
 void bind_frames(nb::module_& m) {
+  m.def("on_curves", &on_curves, "piece"_a, "s"_a, "curve"_a, "begin"_a, "end"_a);
   m.def("hit_points", &hit_points, "axes"_a, "places"_a, "rays"_a.noconvert(), "surface"_a, "lift"_a.none(),
         "n_threads"_a, "progress"_a.none());
   m.def("hit_normals", &hit_normals, "axes"_a, "places"_a, "rays"_a.noconvert(), "surface"_a, "n_threads"_a,

@@ -40,6 +40,20 @@ HitTuple first(const LayoutView& layout, RayArrays rays, const std::string& at_n
   return hits.tuple();
 }
 
+/// The first crossings of rays with the primitives that pieces belong to, as hits of the pieces that begin them. `owner`
+/// has the primitive of each piece.
+HitTuple first_crossing(const LayoutView& layout, RayArrays rays, Input<std::int64_t> owner, const std::string& at_name,
+                        int kernel, unsigned n_threads, nb::object progress) {
+  const RayBatch batch = batch_of(rays);
+  const At at = at_of(at_name);
+  if (!has_exit(at)) throw std::invalid_argument("at is closest; expected surface or entry");
+  HitArrays hits(batch.size(), true);
+  run_queries(layout, batch, kernel, n_threads, progress, [&](const auto& queries) {
+    queries.find_first_crossing(at, {rows<std::int64_t>(owner)}, hits.columns());
+  });
+  return hits.tuple();
+}
+
 Output<bool> any_of(const LayoutView& layout, RayArrays rays, const std::string& at_name, int kernel,
                     unsigned n_threads, nb::object progress) {
   const RayBatch batch = batch_of(rays);
@@ -84,6 +98,8 @@ std::tuple<bool, std::uint64_t> check(RayArrays rays, float largest_radius, floa
 void bind_queries(nb::module_& m) {
   m.def("check_rays", &check, "rays"_a, "largest_radius"_a, "farthest"_a, "n_threads"_a);
   m.def("first_hit", &first, "layout"_a, "rays"_a, "at"_a, "kernel"_a, "n_threads"_a, "progress"_a.none());
+  m.def("first_crossing", &first_crossing, "layout"_a, "rays"_a, "owner"_a, "at"_a, "kernel"_a, "n_threads"_a,
+        "progress"_a.none());
   m.def("any_hit", &any_of, "layout"_a, "rays"_a, "at"_a, "kernel"_a, "n_threads"_a, "progress"_a.none());
   m.def("count_hits", &count, "layout"_a, "rays"_a, "at"_a, "kernel"_a, "n_threads"_a, "progress"_a.none());
   m.def("list_hits", &list, "layout"_a, "rays"_a, "at"_a, "k"_a.none(), "by_distance"_a, "kernel"_a, "n_threads"_a,

@@ -23,6 +23,14 @@ void LayoutQueries<P>::find_first(At at, const HitColumns& to) const {
 }
 
 template <RayPrimitive P>
+void LayoutQueries<P>::find_first_crossing(At at, PieceOwners owners, const HitColumns& to) const {
+  if constexpr (!kHasSpread<P>) {
+    const FirstHitQuery<P, SurfaceAt> query{tree, to, at, FirstCrossings<P>(tree, rays, owners, at)};
+    run_batch(tree, rays, kernel, query, n_threads, progress);
+  }
+}
+
+template <RayPrimitive P>
 void LayoutQueries<P>::find_any(At at, bool* to) const {
   if constexpr (!kHasSpread<P>)
     if (at == At::entry) return run_batch(tree, rays, kernel, AnyHitQuery<FixedAt<At::entry>>{to}, n_threads, progress);

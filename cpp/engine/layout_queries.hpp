@@ -9,6 +9,7 @@
 #include "fastlines/parallel/progress.hpp"
 #include "fastlines/primitives/shapes.hpp"
 #include "fastlines/primitives/spread_cones.hpp"
+#include "fastlines/query/crossings.hpp"
 #include "fastlines/query/gather/hit_summer.hpp"
 #include "fastlines/query/hit_assembler.hpp"
 #include "fastlines/rays/ray_batch.hpp"
@@ -25,6 +26,9 @@ struct LayoutQueries {
   Progress& progress;
 
   void find_first(At at, const HitColumns& to) const;
+  /// Find the first crossing of each ray with a primitive in pieces, where `at` is on the surface: the piece that begins
+  /// it, and the distance and t_out of the whole.
+  void find_first_crossing(At at, PieceOwners owners, const HitColumns& to) const;
   void find_any(At at, bool* to) const;
   void count(At at, std::int64_t* to) const;
   /// List all hits of each ray, or its first k by t if k is given, or the k nearest to it with `by_distance`.

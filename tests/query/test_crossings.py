@@ -129,6 +129,27 @@ def test_all_queries_agree(case: str) -> None:
                 assert_same(tree.next_hits(**asked, kernel=kernel), expected)
 
 
+@pytest.mark.parametrize("at", ["surface", "entry"])
+def test_first_crossings_of_rays_that_start_in_overlapping_curves(at: str) -> None:
+    """Rays leave curves of many pieces, and enter others of the same curve from within it."""
+    control, _ = random_curves(60, seed=5)
+    curves = fl.Curves.from_bezier(0.4 * control, 0.15)
+    assert len(curves.pieces) > 16 * len(curves)
+    rng = np.random.default_rng(6)
+    curve, n = rng.integers(0, 60, 2000), 2000
+    origins = curves.evaluate(curve, rng.random(n)).points + rng.normal(0, 0.1, (n, 3))
+    directions = rng.normal(size=(n, 3))
+    directions[::2] = curves.evaluate(curve[::2], rng.random(n // 2)).points - origins[::2]
+    rays = origins, directions / np.linalg.norm(directions, axis=1, keepdims=True)
+    options: dict[str, Any] = {"t_min": np.where(rng.random(n) < 0.3, 0.05, 0), "at": at}
+    tree, expected = fl.build(curves), fl.brute_force(curves, *rays, query="first_hit", **options)
+    starts_inside = fl.brute_force(curves, *rays, query="first_hit", at="surface", t_min=options["t_min"])
+    assert (starts_inside.t == options["t_min"]).sum() > n / 4
+    for kernel in KERNELS:
+        assert_same(tree.first_hit(*rays, kernel=kernel, **options), expected)
+        assert np.array_equal(tree.any_hit(*rays, kernel=kernel, **options), expected.hit)
+
+
 def test_the_distance_of_a_curve_is_its_least() -> None:
     """It depends on neither the radius nor the tolerance, up to the tolerance."""
     control = random_curves(1, seed=3)[0]

@@ -18,17 +18,39 @@
 
 namespace fastlines {
 
+/// The pieces from `first` up to `end`.
+struct PieceRange {
+  std::int64_t first, end;
+  std::int64_t size() const { return end - first; }
+};
+
+/// The primitives that pieces belong to.
+struct PieceOwners {
+  std::span<const std::int64_t> of_piece;  ///< the primitive of each piece; empty if each piece is one
+
+  bool is_same(std::int64_t piece, std::int64_t other) const {
+    return of_piece.empty() ? piece == other : of_piece[std::size_t(piece)] == of_piece[std::size_t(other)];
+  }
+  /// All pieces of the primitive that a piece belongs to.
+  PieceRange pieces_beside(std::int64_t piece) const {
+    PieceRange all{piece, piece + 1};
+    if (of_piece.empty()) return all;
+    while (all.first > 0 && is_same(piece, all.first - 1)) --all.first;
+    while (all.end < std::int64_t(of_piece.size()) && is_same(piece, all.end)) ++all.end;
+    return all;
+  }
+};
+
 /// Pieces that each ray hits, and the primitives that they belong to.
 struct PieceLists {
   std::span<const std::int64_t> offsets;  ///< the pieces of ray i are those from offsets[i] up to offsets[i + 1]
   std::span<const std::int64_t> pieces;
-  std::span<const std::int64_t> owner;  ///< the primitive of each piece; empty if each piece is one
-  bool is_complete;                     ///< whether all pieces that a ray hits are listed, or some of each primitive
+  PieceOwners owners;
+  bool is_complete;  ///< whether all pieces that a ray hits are listed, or some of each primitive
 
-  bool is_of_same(std::int64_t piece, std::int64_t other) const {
-    return owner.empty() ? piece == other : owner[std::size_t(piece)] == owner[std::size_t(other)];
+  std::span<const std::int64_t> of_ray(std::size_t i) const {
+    return pieces.subspan(std::size_t(offsets[i]), std::size_t(offsets[i + 1] - offsets[i]));
   }
-  std::int64_t n_pieces(std::size_t n_prims) const { return std::int64_t(owner.empty() ? n_prims : owner.size()); }
 };
 
 /// The radius that a primitive has of its own at s, in units of the scene.
@@ -46,24 +68,38 @@ double own_radius(const Item& item, double s) {
 template <RayPrimitive P>
 class CrossingFinder {
  public:
-  CrossingFinder(const P& prims, const Frame& frame, const PieceLists& lists, At at)
-      : prims_(prims), frame_(frame), lists_(lists), at_(at) {}
+  CrossingFinder(const typename P::Item* items, const Frame& frame, PieceOwners owners, At at)
+      : items_(items), frame_(frame), owners_(owners), at_(at) {}
 
-  /// Replace `to` by the crossings of ray i, as hits of one of their pieces: at the surface the first, else that of the
-  /// closest approach.
-  void find(const RayQuery& query, std::size_t i, std::vector<Hit>& to) {
+  /// Replace `to` by the crossings of a ray, as hits of one of their pieces: at the surface the first, else that of the
+  /// closest approach. Unless the listed pieces are complete, all pieces of their primitives are tested.
+  void find(const RayQuery& query, std::span<const std::int64_t> listed, bool is_complete, std::vector<Hit>& to) {
     to.clear();
-    hits_.clear();
-    const auto first = std::size_t(lists_.offsets[i]), end = std::size_t(lists_.offsets[i + 1]);
-    if (first == end) return;
+    if (listed.empty()) return;
     const auto ray = prepare_for<P>(query, frame_);
-    choose_pieces(ray, lists_.pieces.subspan(first, end - first));
-    test(query, ray);
+    choose_pieces(ray, listed, is_complete);
+    hits_.clear();
+    test(query, ray, pieces_.size(), [&](std::size_t i) { return pieces_[i]; });
     // Join the hits of each primitive.
     for (auto begin = hits_.begin(), next = begin; begin != hits_.end(); begin = next) {
-      while (next != hits_.end() && lists_.is_of_same(begin->closest.prim, next->closest.prim)) ++next;
+      while (next != hits_.end() && owners_.is_same(begin->closest.prim, next->closest.prim)) ++next;
       list_crossings(std::span(begin, next), to);
     }
+  }
+
+  /// The same with the one primitive that these are the pieces of.
+  void find_of_one(const RayQuery& query, PieceRange pieces, std::vector<Hit>& to) {
+    to.clear();
+    const auto ray = prepare_for<P>(query, frame_);
+    hits_.clear();
+    if (pieces.size() > kFew) {
+      pieces_.clear();
+      append_near(ray, pieces);
+      test(query, ray, pieces_.size(), [&](std::size_t i) { return pieces_[i]; });
+    } else {
+      test(query, ray, std::size_t(pieces.size()), [&](std::size_t i) { return pieces.first + std::int64_t(i); });
+    }
+    list_crossings(hits_, to);
   }
 
  private:
@@ -75,21 +111,29 @@ class CrossingFinder {
     bool enters;  // whether the ray comes in from outside
   };
 
+  /// So many pieces are tested without a test whether the ray may hit them.
+  static constexpr std::int64_t kFew = 4 * kSimdWidth;
+
   /// Choose the pieces to test, rising: those listed, or all that the ray may hit of their primitives.
-  void choose_pieces(const RayOf<P>& ray, std::span<const std::int64_t> listed) {
+  void choose_pieces(const RayOf<P>& ray, std::span<const std::int64_t> listed, bool is_complete) {
     pieces_.assign(listed.begin(), listed.end());
     std::sort(pieces_.begin(), pieces_.end());
-    if (lists_.is_complete) return;
+    if (is_complete) return;
     std::swap(pieces_, listed_);
     pieces_.clear();
-    const std::int64_t n = lists_.n_pieces(prims_.size());
-    for (auto next = listed_.begin(); next != listed_.end();) {
-      std::int64_t piece = *next;
-      while (piece > 0 && lists_.is_of_same(*next, piece - 1)) --piece;
-      for (; piece < n && lists_.is_of_same(*next, piece); ++piece)
-        if (may_hit(ray, prims_.item(std::uint32_t(piece)))) pieces_.push_back(piece);
-      while (next != listed_.end() && *next < piece) ++next;
+    std::int64_t end = 0;
+    for (const std::int64_t piece : listed_) {
+      if (piece < end) continue;
+      const PieceRange all = owners_.pieces_beside(piece);
+      append_near(ray, all);
+      end = all.end;
     }
+  }
+
+  /// Append the pieces of one primitive that the ray may hit; of few, all.
+  void append_near(const RayOf<P>& ray, const PieceRange& all) {
+    for (std::int64_t piece = all.first; piece < all.end; ++piece)
+      if (all.size() <= kFew || may_hit(ray, items_[piece])) pieces_.push_back(piece);
   }
 
   /// Whether the line of a ray comes within reach of the ball around a piece; `slack` covers all rounding.
@@ -109,14 +153,15 @@ class CrossingFinder {
     }
   }
 
-  /// Test the chosen pieces, 16 at a time, and list those that the ray hits.
-  void test(const RayQuery& query, const RayOf<P>& ray) {
+  /// Test pieces, rising, 16 at a time, and list those that the ray hits.
+  template <class PieceAt>
+  void test(const RayQuery& query, const RayOf<P>& ray, std::size_t n_pieces, const PieceAt& piece_at) {
     constexpr int n_floats = sizeof(typename P::Item) / sizeof(float);
-    for (std::size_t j = 0; j < pieces_.size(); j += kSimdWidth) {
-      const std::size_t n = std::min<std::size_t>(pieces_.size() - j, kSimdWidth);
+    for (std::size_t j = 0; j < n_pieces; j += kSimdWidth) {
+      const std::size_t n = std::min<std::size_t>(n_pieces - j, kSimdWidth);
       const float* rows[kSimdWidth];
       for (std::size_t lane = 0; lane < kSimdWidth; ++lane)
-        rows[lane] = reinterpret_cast<const float*>(prims_.items() + pieces_[j + std::min(lane, n - 1)]);
+        rows[lane] = reinterpret_cast<const float*>(items_ + piece_at(j + std::min(lane, n - 1)));
       FloatX16 floats[n_floats];
       transpose_rows(rows, floats);
       const auto fields = P::fields(floats, frame_);
@@ -137,7 +182,7 @@ class CrossingFinder {
       }
       for (std::size_t lane = 0; lane < n; ++lane) {
         if (!(bits >> lane & 1)) continue;
-        PieceHit hit{{ray.t_ray(t[lane]), pieces_[j + lane], s[lane], ray.distance(dist2[lane])}, 0.0, 0, 0, 0, true};
+        PieceHit hit{{ray.t_ray(t[lane]), piece_at(j + lane), s[lane], ray.distance(dist2[lane])}, 0.0, 0, 0, 0, true};
         hit.gap = gap(query, hit.closest);
         if constexpr (!kHasSpread<P>) {
           hit.t_in = ray.t_ray(t_in[lane]);
@@ -152,8 +197,8 @@ class CrossingFinder {
 
   /// D − R at a closest approach, up to a constant of the primitive, so that radii that are equal cancel exactly.
   double gap(const RayQuery& query, const Hit& closest) {
-    const auto& item = prims_.item(std::uint32_t(closest.prim));
-    if (hits_.empty() || !lists_.is_of_same(hits_.back().closest.prim, closest.prim))
+    const auto& item = items_[closest.prim];
+    if (hits_.empty() || !owners_.is_same(hits_.back().closest.prim, closest.prim))
       reference_ = own_radius(item, 0.0);
     double found = double(closest.distance) - (own_radius(item, closest.u) - reference_);
     if constexpr (kHasSpread<P>) found -= double(query.spread) * depth(query, P::axis(item), closest.u);
@@ -210,9 +255,9 @@ class CrossingFinder {
     return precedes(a.closest.t, a.closest.prim, b.closest.t, b.closest.prim);
   }
 
-  const P& prims_;
-  const Frame& frame_;
-  const PieceLists& lists_;
+  const typename P::Item* items_;
+  Frame frame_;
+  PieceOwners owners_;
   At at_;
   double reference_ = 0.0;  // a radius of the primitive at hand
   std::vector<std::int64_t> listed_, pieces_;
@@ -230,13 +275,13 @@ void list_crossings(const P& prims, const Frame& frame, const RayBatch& rays, co
   };
   const std::size_t n_chunks = (rays.size() + kRaysPerChunk - 1) / kRaysPerChunk;
   parallel_for(
-      n_chunks, n_threads, progress, [&] { return Worker{{prims, frame, lists, at}, {}, {}}; },
+      n_chunks, n_threads, progress, [&] { return Worker{{prims.items(), frame, lists.owners, at}, {}, {}}; },
       [&](Worker& worker, std::size_t i_chunk) {
         const std::size_t chunk = HitAssembler::sample_first(i_chunk, n_chunks);
         const std::size_t end = std::min(rays.size(), (chunk + 1) * kRaysPerChunk);
         for (std::size_t i = chunk * kRaysPerChunk; i < end; ++i) {
           progress.check();
-          worker.finder.find(rays[i], i, worker.hits);
+          worker.finder.find(rays[i], lists.of_ray(i), lists.is_complete, worker.hits);
           std::sort(worker.hits.begin(), worker.hits.end(),
                     [keep](const Hit& a, const Hit& b) { return comes_first(keep, a, b); });
           if (worker.hits.size() > k) worker.hits.resize(k);

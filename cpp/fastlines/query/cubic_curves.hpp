@@ -31,6 +31,12 @@ struct CubicCurves {
   }
 };
 
+/// The parameter of a curve at s on a piece of it.
+inline float parameter_on(float begin, float end, float s) {
+  const auto u = float(begin + double(s) * (double(end) - begin));
+  return std::min(std::max(u, begin), end);
+}
+
 /// Interpolates linearly.
 template <class T>
 T mix(const DoubleX8& t, const T& a, const T& b) {

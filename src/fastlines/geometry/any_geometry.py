@@ -91,6 +91,12 @@ class AnyGeometry(Shown, HitAnswers, Immutable, ABC):
         """Return the primitives of rows of the core, and the places u on them, from those on the rows."""
         return piece, s
 
+    def on_prims(self, piece: IntArray, s: FloatArray) -> tuple[IntArray, FloatArray]:
+        """Return the same of the columns of hits, of which misses are -1."""
+        prim, u, hit = np.full(len(piece), -1), s.copy(), piece >= 0
+        prim[hit], u[hit] = self.parameter(piece[hit], s[hit])
+        return prim, u
+
     @property
     def has_user_code(self) -> bool:
         """Whether a class of the user's own, in Python, decides what a ray hits."""

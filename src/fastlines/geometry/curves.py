@@ -22,6 +22,7 @@ from ..arrays import (
     refuse_rows,
     unusable,
 )
+from ..engines import engine
 from ..errors import InputError
 from ..support.computed_once import computed_once
 from ..support.immutable import frozen
@@ -253,6 +254,10 @@ class Curves(AxisGeometry):
     def owner(self) -> IntArray:
         """The curve of each piece."""
         return self.pieces.curve
+
+    def on_prims(self, piece: IntArray, s: FloatArray) -> tuple[IntArray, FloatArray]:
+        """See `AnyGeometry`; compiled."""
+        return engine.on_curves(piece, s, self.pieces.curve, self.pieces.begin, self.pieces.end)
 
     def require_gpu_rays(self) -> None:
         """See `AnyGeometry`."""

@@ -75,6 +75,20 @@ class CompiledBackend:
         found: HitColumns = self.functions.first_hit(self.view, rays.arrays(), at, *self._how(progress))
         return found
 
+    @property
+    def joins_pieces(self) -> bool:
+        """Whether it has `first_crossing`: the engine does."""
+        return bool(self.kernel)
+
+    def first_crossing(self, rays: RayBatch, owner: IntArray, at: At, progress: ProgressCallback | None) -> HitColumns:
+        """Find the first crossing of each ray at the surface, as a hit of the piece that begins it.
+
+        `owner` has the primitive of each piece; `distance` and ``t_out`` are those of the whole crossing.
+        """
+        how = self._how(progress)
+        found: HitColumns = self.functions.first_crossing(self.view, rays.arrays(), owner, at, *how)
+        return found
+
     def any_hit(self, rays: RayBatch, at: At, progress: ProgressCallback | None) -> npt.NDArray[np.bool_]:
         """See `Backend`."""
         found: npt.NDArray[np.bool_] = self.functions.any_hit(self.view, rays.arrays(), at, *self._how(progress))

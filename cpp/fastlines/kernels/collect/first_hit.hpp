@@ -1,11 +1,14 @@
-// Finds the first hit of each ray.
+// Finds the first hit of each ray, or its first crossing of a primitive in pieces.
 #pragma once
 
 #include <bit>
+#include <optional>
 
+#include "../../memory/function_ref.hpp"
 #include "../../rays/hit.hpp"
 #include "collector.hpp"
 #include "exit_points.hpp"
+#include "first_crossings.hpp"
 
 namespace fastlines {
 
@@ -16,8 +19,14 @@ struct FirstHitCollector : Where {
   alignas(64) float limit[kGroupSize];
   bool limit_changed = false;
   alignas(64) float t[kGroupSize], s[kGroupSize], dist2[kGroupSize], prim[kGroupSize];  // prim: the bits of an id
+  /// Whether a hit counts, by the id of the ray and the primitive. Without it, all do.
+  using Filter = FunctionRef<bool(std::uint32_t, std::uint32_t)>;
+  std::optional<Filter> filter;
 
-  explicit FirstHitCollector(Where where = {}) : Where(where) {}
+  explicit FirstHitCollector(Where where = {}, std::optional<Filter> filter_ = {}) : Where(where), filter(filter_) {}
+
+  /// Whether hits need not be reported that others of the same ray precede.
+  bool drops_farther() const { return !filter; }
 
   void begin(const RayGroup& rays, int first, int end) {
     begin_limits(rays, first, end, limit);
@@ -29,6 +38,8 @@ struct FirstHitCollector : Where {
 
   void add_packet(const RayGroup& rays, int first, std::uint32_t hit, const ClosestApproach<FloatX16>& approach,
                   std::uint32_t prim_) {
+    if constexpr (Where::kHasExit)
+      if (filter) return add_filtered(rays, first, hit, approach, prim_);
     const auto at = [first](float* x) { return FloatX16::load(x + first); };
     const FloatX16 tie_tolerance = FloatX16::load(rays.tie_tolerance + first), best = at(t);
     const MaskX16 nearer = approach.hit & (approach.t + tie_tolerance < best);
@@ -64,11 +75,25 @@ struct FirstHitCollector : Where {
   void add_hit(const RayGroup& rays, int i, const ClosestApproach<float>& approach, const Reference& ref) {
     const float tie_tolerance = rays.tie_tolerance[i];
     if (!may_precede(approach.t, t[i], tie_tolerance)) return;
-    if (approach.t + tie_tolerance < t[i] || comes_first(rays, i, approach.t, ref.prim))
-      set(rays, i, approach, ref.prim);
+    if (!(approach.t + tie_tolerance < t[i] || comes_first(rays, i, approach.t, ref.prim))) return;
+    if constexpr (Where::kHasExit)
+      if (filter && !(*filter)(rays.id[i], ref.prim)) return;
+    set(rays, i, approach, ref.prim);
   }
 
  private:
+  void add_filtered(const RayGroup& rays, int first, std::uint32_t hit, const ClosestApproach<FloatX16>& approach,
+                    std::uint32_t prim_) {
+    alignas(64) float ts[kSimdWidth], ss[kSimdWidth], dist2s[kSimdWidth];
+    approach.t.store(ts);
+    approach.s.store(ss);
+    approach.dist2.store(dist2s);
+    for (; hit; hit &= hit - 1) {
+      const int lane = std::countr_zero(hit);
+      add_hit(rays, first + lane, {ss[lane], ts[lane], dist2s[lane], true}, Reference{prim_});
+    }
+  }
+
   /// Whether a hit precedes the best one of the lane, in units of the caller's ray.
   bool comes_first(const RayGroup& rays, int i, float t_, std::uint32_t prim_) const {
     const float t_ray = rays.t_ray(i, t_), best = rays.t_ray(i, t[i]);
@@ -92,8 +117,15 @@ struct FirstHitQuery {
   const WideBvhView<P>& tree;
   HitColumns to;  ///< one hit per ray of the batch
   Where where = {};
+  /// Joins pieces, if primitives are in pieces; only where t is on the surface.
+  mutable std::optional<FirstCrossings<P>> crossings = {};
 
-  Collector collector() const { return Collector(where); }
+  /// The collector, which this query outlives. The first piece whose surface a ray hits begins a crossing, but the first
+  /// one that it enters may not.
+  Collector collector() const {
+    if (crossings && where.at == At::entry) return Collector(where, *crossings);
+    return Collector(where);
+  }
 
   void store(const RayGroup& rays, const Collector& found, int first, int end) const {
     constexpr Hit miss;
@@ -113,6 +145,8 @@ struct FirstHitQuery {
       }
     if constexpr (Where::kHasExit)
       for (int from = first; from < end; from += kSimdWidth) store_exits_of_packet(tree, rays, found.prim, from, t_out);
+    if constexpr (Where::kHasExit)
+      if (crossings) join_pieces(rays, prim, first, end, distance, t_out);
     const HitColumns columns = to;  // a copy, so that nothing written can alias it
     const auto write = [&](int i, auto n) __attribute__((always_inline)) {
       const std::uint32_t at_ = rays.id[i];
@@ -127,6 +161,18 @@ struct FirstHitQuery {
         for (int i = from; i < from + kSimdWidth; i += 4) write(i, std::integral_constant<int, 4>());
       else
         for (int i = from; i < std::min(from + kSimdWidth, end); ++i) write(i, std::integral_constant<int, 1>());
+  }
+
+ private:
+  /// Write the distance and t_out of whole crossings.
+  void join_pieces(const RayGroup& rays, const std::int64_t* prim, int first, int end, float* distance,
+                   float* t_out) const {
+    for (int i = first; i < end; ++i) {
+      if (prim[i] < 0) continue;
+      const Hit& crossing = crossings->first_with(rays.id[i], std::uint32_t(prim[i]));
+      distance[i] = crossing.distance;
+      t_out[i] = crossing.t_out;
+    }
   }
 };
 

@@ -54,7 +54,12 @@ class PendingHits {
 
   /// Report the hits to the collector and clear.
   void flush(const WideRef* refs, const RayGroup& rays, Collector& collector) {
-    if constexpr (Collector::kTraits.drops_farther) list_nearest_hits();
+    if constexpr (Collector::kTraits.drops_farther) {
+      if (collector.drops_farther())
+        list_nearest_hits();
+      else
+        list_by_t();
+    }
     for (std::size_t i = 0; i < n_hits_; ++i) {
       const std::uint32_t j = hits_[i];
       const int lane = int(lane_[j]);
@@ -73,6 +78,13 @@ class PendingHits {
   void list_nearest_hits() {
     std::fill_n(t_ + kPadding + n_, kPadding, kInfinity);
     for (std::size_t at = 0; at < n_; at += kSimdWidth) list_hits(hit_[at / kSimdWidth] & nearest_mask(at), at);
+  }
+
+  /// List all hits, the nearest first: the collector then refuses most of the others by their t alone.
+  void list_by_t() {
+    for (std::size_t at = 0; at < n_; at += kSimdWidth) list_hits(hit_[at / kSimdWidth], at);
+    const float* const t = t_ + kPadding;
+    std::sort(hits_, hits_ + n_hits_, [=](std::uint32_t i, std::uint32_t j) { return t[i] < t[j]; });
   }
 
   void list_hits(std::uint32_t hit, std::size_t at) {

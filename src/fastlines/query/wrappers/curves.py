@@ -14,7 +14,7 @@ import numpy.typing as npt
 from ...arrays import FloatArray, IntArray
 from ...progress import ProgressCallback
 from ..at import At
-from ..backend import Backend, HitColumns, HitLists
+from ..backend import Backend, CompiledBackend, HitColumns, HitLists
 from ..hit_lists import count_by_listing
 from ..rays import RayBatch
 from .pieces import Pieces
@@ -31,6 +31,9 @@ class CurveBackend(Backend):
 
     def first_hit(self, rays: RayBatch, at: At, progress: ProgressCallback | None) -> HitColumns:
         """See `Backend`."""
+        core = self.pieces.backend
+        if at != "closest" and isinstance(core, CompiledBackend) and core.joins_pieces:
+            return self.pieces.named(core.first_crossing(rays, self.pieces.geometry.owner, at, progress))
         if at == "entry":
             return self._first_entry(rays, progress)
         found = self.pieces.backend.first_hit(rays, at, progress)

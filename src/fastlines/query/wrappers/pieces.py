@@ -5,8 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TypeAlias
 
-import numpy as np
-
 from ... import _core
 from ...arrays import IntArray
 from ...geometry.any_geometry import AnyGeometry
@@ -53,6 +51,4 @@ class Pieces:
     def named(self, columns: HitColumns) -> HitColumns:
         """Replace pieces by their primitives, and u on a piece by that on the primitive."""
         t, piece, u, distance, t_out = columns
-        prim, u, hit = np.full(len(piece), -1), u.copy(), piece >= 0
-        prim[hit], u[hit] = self.geometry.parameter(piece[hit], u[hit])
-        return t, prim, u, distance, t_out
+        return t, *self.geometry.on_prims(piece, u), distance, t_out
