@@ -162,14 +162,14 @@ class BeamMap:
         light = np.zeros((len(starts), 3))
         for legs in camera_legs(self.scene, starts, ways, keys):
             if estimator == "beam":
-                found = self._crossed(legs, radius, blur)
+                found = self.light_along(legs, radius, blur)
             else:
                 found = self._around(legs, radius, blur, keys[legs.rays], points)
             light[legs.rays] += legs.throughput * found
         return light
 
-    def _crossed(self, legs: Legs, radius: float, blur: str) -> Float64Array:
-        """Return the light of the beams that legs cross: beam × beam."""
+    def light_along(self, legs: Legs, radius: float, blur: str) -> Float64Array:
+        """Return the light of the beams that legs cross, (n, 3), at the origin of each: beam × beam."""
         light = np.empty((len(legs.rays), 3))
         for begin in range(0, len(light), RAYS_AT_A_TIME):
             rows = slice(begin, begin + RAYS_AT_A_TIME)
