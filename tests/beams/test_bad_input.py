@@ -88,6 +88,9 @@ SCENE = BeamScene(FOG, [LIGHT], box=BOX)
             lambda: BeamMap(SCENE, trace_photons(SCENE, 10)).radiance([0, 0, -3], [0, 0, 1], 0),
             "radius=0; expected the radius of the blur",
         ),
+        (lambda: BeamMap(SCENE, trace_photons(SCENE, 10)).radiance([0, 0, -3], [0, 0, 1]), "radius=None"),
+        (lambda: BeamMap(SCENE, trace_photons(SCENE, 10), own_radius=0), "own_radius=0"),
+        (lambda: render(example("point-light"), adapt=True, estimator="point"), "without a radius of their own"),
     ],
 )
 def test_bad_input_is_refused(make, message):

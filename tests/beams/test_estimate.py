@@ -55,6 +55,19 @@ def test_beams_converge_to_the_integral(kind, blur):
     assert_agrees(light, single_scattering(SCENE, ORIGINS, DIRECTIONS), bias=0.003)
 
 
+def test_beams_with_a_radius_that_suits_their_density():
+    light = []
+    for i in range(12):
+        beams = trace_photons(SCENE, 5000, max_scatterings=0, pass_number=i)
+        adapted = BeamMap(SCENE, beams, own_radius=0.02)
+        light.append(adapted.radiance(ORIGINS, DIRECTIONS))
+    radius = adapted.lines.radius
+    assert (np.median(radius, axis=0)[0], radius.max() <= 0.08) == (pytest.approx(0.005), True)
+    assert np.median(radius, axis=0)[1] > 0.01  # beams start together, and end apart
+    assert_agrees(np.array(light), single_scattering(SCENE, ORIGINS, DIRECTIONS), bias=0.01)
+    assert np.allclose(adapted.radiance(ORIGINS, DIRECTIONS, 0.02), light[-1], rtol=0.5)
+
+
 def test_points_converge_to_the_integral():
     light = passes(SCENE, 20, 0.05, estimator="point")
     assert_agrees(light, single_scattering(SCENE, ORIGINS, DIRECTIONS), bias=0.01)
@@ -66,6 +79,29 @@ def test_a_grid_of_equal_voxels_is_a_homogeneous_medium(kind, medium):
     grid = GridMedium(np.full((5, 6, 7), 1.0), BOX, medium.absorption, medium.scattering, medium.g)
     one, other = (passes(BeamScene(m, [LIGHT], box=BOX), 2, 0.05, kind=kind).mean(axis=0) for m in (medium, grid))
     assert one == pytest.approx(other, rel=0.03)
+
+
+@pytest.mark.parametrize("kind", ["short", "long"])
+def test_a_grid_scatters_as_the_integral_says(kind):
+    rng = np.random.default_rng(2)
+    grid = GridMedium(rng.random((8, 9, 10)) * 2, BOX, (0.1, 0.2, 0.4), (0.5, 0.7, 0.9), 0.4)
+    scene = BeamScene(grid, [LIGHT])
+    expected = []
+    for origin, direction in zip(ORIGINS, DIRECTIONS / np.linalg.norm(DIRECTIONS, axis=1)[:, None], strict=True):
+        begin, end = (float(t[0]) for t in scene.in_box(origin[None], direction[None]))
+        t = begin + (np.arange(2000) + 0.5) / 2000 * (end - begin)
+        points = origin + t[:, None] * direction
+        distance = np.linalg.norm(points, axis=1)
+        from_light = points / distance[:, None]
+        cosine = -from_light @ direction
+        phase = (1 - 0.4**2) / (4 * np.pi * (1 + 0.4**2 - 0.8 * cosine) ** 1.5)
+        start = np.tile(origin + begin * direction, (len(t), 1))
+        passed = grid.transmittance(start, np.tile(direction, (len(t), 1)), t - begin)
+        passed *= grid.transmittance(np.zeros(points.shape), from_light, distance)
+        light = grid.density_at(points)[:, None] * grid.scattering * passed * LIGHT.power
+        expected.append((light * (phase / (4 * np.pi * distance**2))[:, None]).sum(axis=0) * (end - begin) / len(t))
+    n_paths = 4000 if kind == "short" else 1500
+    assert_agrees(passes(scene, 12, 0.03, n_paths=n_paths, kind=kind), np.array(expected), bias=0.02)
 
 
 def cut(beams, n, scene):

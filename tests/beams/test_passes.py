@@ -26,8 +26,8 @@ def test_radii_shrink_as_alpha_says():
         list(islice(PassSettings(alpha=0.5, estimator=name).radii(example("point-light")), 4))
         for name in ("beam", "point")
     )
-    assert beam == pytest.approx([0.02, 0.02 * 0.75, 0.02 * 0.75 * 2.5 / 3, 0.02 * 0.75 * 2.5 / 3 * 3.5 / 4])
-    assert point == pytest.approx(0.02 * np.sqrt(np.array(beam) / 0.02))
+    assert beam == pytest.approx([0.01, 0.01 * 0.75, 0.01 * 0.75 * 2.5 / 3, 0.01 * 0.75 * 2.5 / 3 * 3.5 / 4])
+    assert point == pytest.approx(0.01 * np.sqrt(np.array(beam) / 0.01))
 
 
 def test_a_picture_is_the_mean_of_its_passes_with_their_variance():

@@ -31,7 +31,15 @@ def test_each_scene_becomes_a_picture(scene):
 def test_options_change_the_picture():
     pictures = []
     for i, options in enumerate(
-        ((), ("--long",), ("--blur", "epanechnikov"), ("--estimator", "point"), ("--seed", 1), ("-r", 0.1))
+        (
+            (),
+            ("--long",),
+            ("--blur", "epanechnikov"),
+            ("--estimator", "point"),
+            ("--seed", 1),
+            ("-r", 0.1),
+            ("--adapt",),
+        )
     ):
         done("beams", "glass-sphere", *SMALL, *options, "-o", f"{i}.png")
         pictures.append(pixels(f"{i}.png").tobytes())

@@ -20,8 +20,9 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from ..arrays import FloatArray, choice, count, number
+from ..arrays import LEAST, FloatArray, choice, count, number
 from ..builder import build
+from ..errors import InputError
 from ..geometry.lines import Lines
 from ..support.counter_random import Float64Array, UInt64Array, random_bits, uniform
 from ..support.vectors import dot
@@ -35,6 +36,8 @@ from .scene import BeamScene
 BLURS = ("box", "epanechnikov")
 #: The estimators.
 ESTIMATORS = ("beam", "point")
+#: How many other beams are within a beam's own radius, and by what factor that may differ from the radius asked for.
+NEIGHBOURS, WIDEST = 16, 4.0
 #: How many points the point × beam estimate takes on each leg of a ray.
 POINTS = 16
 #: How many rays are gathered at a time, for the depths of a medium on a grid.
@@ -53,6 +56,10 @@ class BeamMap:
         Of `trace_photons`.
     method : str, optional
         The tree to build; see `fastlines.build`.
+    own_radius : float, optional
+        Give each beam a radius at each end that suits how dense beams are there, from a quarter of this to four times
+        this: the distance to the nearest 16 others, times `scale`. Beams are round cones then.
+    scale : float
 
     Attributes
     ----------
@@ -78,21 +85,46 @@ class BeamMap:
     values: FloatArray
     decay: Float64Array
 
-    def __init__(self, scene: BeamScene, beams: Beams, method: str | None = None) -> None:
+    def __init__(
+        self,
+        scene: BeamScene,
+        beams: Beams,
+        method: str | None = None,
+        *,
+        own_radius: float | None = None,
+        scale: float = 1.0,
+    ) -> None:
         self.scene = scene
         segments, piece_of, scattered, decay = scene.medium.sources(beams.lines.segments, beams.decay)
         self.lines = beams.lines if piece_of is None else Lines.from_segments(segments)
         power = beams.power if piece_of is None else beams.power[piece_of]
         self.tree = build(self.lines, method)
+        self.is_adapted = own_radius is not None
+        if own_radius is not None:
+            check_radius("own_radius", own_radius)
+            number("scale", scale, "a number above 0", LEAST)
+            widest = own_radius * WIDEST
+            own = self._distances(widest / scale) * scale
+            self.lines = self.lines.with_radius(np.clip(own, own_radius / WIDEST, widest))
+            self.tree = build(self.lines, method)
         self.g = scene.medium.g or None
         self.values = (power * (scattered / beams.n_paths * (1.0 if self.g else 0.25 / np.pi))).astype(np.float32)
         self.decay = np.broadcast_to(decay, 3)
+
+    def _distances(self, farthest: float) -> FloatArray:
+        """Return how far from the ends of each beam the last of its nearest others is, (n, 2); inf beyond `farthest`."""
+        # Many beams start at one point, where a light or a collision is.
+        ends = np.ascontiguousarray(self.lines.segments).reshape(-1, 3)
+        _, first, of_ends = np.unique(ends.view("V12"), return_index=True, return_inverse=True)
+        k = min(NEIGHBOURS + 1, len(self.lines))  # the beam itself is the nearest
+        found = self.tree.nearest(ends[first], k, max_distance=farthest)
+        return found.distance[:, -1][of_ends.reshape(-1)].reshape(-1, 2)
 
     def radiance(
         self,
         origins: npt.ArrayLike,
         directions: npt.ArrayLike,
-        radius: float,
+        radius: float | None = None,
         *,
         keys: UInt64Array | None = None,
         blur: str = "box",
@@ -105,8 +137,8 @@ class BeamMap:
         ----------
         origins, directions : (n, 3) array
             Outside of glass.
-        radius : float
-            Of the blur, in the unit of the coordinates.
+        radius : float, optional
+            Of the blur, in the unit of the coordinates. That of beams with a radius of their own is added to it.
         keys : (n,) uint64, optional
             Of the random numbers of each ray; by default their numbers.
         blur : {"box", "epanechnikov"}
@@ -123,22 +155,26 @@ class BeamMap:
         Raises
         ------
         InputError
-            If the radius is not a number above 0, or a word is not a choice.
+            If there is no radius above 0, a word is not a choice, or points are to take beams with a radius of their
+            own.
         """
-        check_estimate(radius, blur, estimator, points)
+        if radius is not None or not self.is_adapted:
+            check_radius("radius", radius)
+        check_estimate(blur, estimator, points, self.is_adapted)
+        radius = 0.0 if radius is None else radius
         starts, ways = unit_rays(origins, directions)
         keys = random_bits(0, np.arange(len(starts))) if keys is None else keys
         light = np.zeros((len(starts), 3))
         for legs in camera_legs(self.scene, starts, ways, keys):
             if estimator == "beam":
-                found = self._crossed(legs, radius, blur)
+                found = self.light_along(legs, radius, blur)
             else:
                 found = self._around(legs, radius, blur, keys[legs.rays], points)
             light[legs.rays] += legs.throughput * found
         return light
 
-    def _crossed(self, legs: Legs, radius: float, blur: str) -> Float64Array:
-        """Return the light of the beams that legs cross: beam × beam."""
+    def light_along(self, legs: Legs, radius: float, blur: str) -> Float64Array:
+        """Return the light of the beams that legs cross, (n, 3), at the origin of each: beam × beam."""
         light = np.empty((len(legs.rays), 3))
         for begin in range(0, len(light), RAYS_AT_A_TIME):
             rows = slice(begin, begin + RAYS_AT_A_TIME)
@@ -193,7 +229,13 @@ class BeamMap:
         return np.stack([np.bincount(point, light[:, i], len(places)) for i in range(3)], axis=1)
 
 
-def check_estimate(radius: float, blur: str, estimator: str, points: int) -> None:
+def check_radius(name: str, radius: object) -> None:
+    """Refuse a radius of the blur that is not a finite number above 0."""
+    number(name, radius, "the radius of the blur, a finite number above 0", 1e-30)
+
+
+def check_estimate(blur: str, estimator: str, points: int, is_adapted: bool = False) -> None:
     """Refuse settings of an estimate that cannot be used."""
-    number("radius", radius, "the radius of the blur, a finite number above 0", 1e-30)
     choice("blur", blur, BLURS), choice("estimator", estimator, ESTIMATORS), count("points", points, 1)
+    if estimator == "point" and is_adapted:
+        raise InputError("estimator='point' takes beams without a radius of their own; use estimator='beam'")

@@ -23,12 +23,12 @@ from ..rendering.state import describe, read_state, write_state
 from ..settings.methods import method_settings
 from ..support.counter_random import Float64Array, random_bits, uniform
 from .beam_picture import BeamPicture
-from .estimate import POINTS, BeamMap, check_estimate
+from .estimate import POINTS, BeamMap, check_estimate, check_radius
 from .photons import KINDS, trace_photons
 from .scene import BeamScene
 
 #: The radius of the first pass, as a fraction of the longest side of the box.
-RADIUS = 0.01
+RADIUS = 0.005
 #: What fraction of a pass the photons are, for progress.
 TRACING = 0.3
 #: The number of the stream of random numbers of pixels; those of photons are numbered by pass.
@@ -46,10 +46,12 @@ class PassSettings:
     paths : int
         How many photons each pass emits.
     radius : float, optional
-        Of the blur in the first pass, in the unit of the coordinates; by default 1/100 of the box's longest side.
+        Of the blur in the first pass, in the unit of the coordinates; by default 1/200 of the box's longest side.
     alpha : float
         How slowly the radius shrinks: above 0, and 1 keeps it.
     beams : {"short", "long"}
+    adapt : bool
+        Give each beam a radius at each end that suits how dense beams are there, around that of the pass.
     blur : {"box", "epanechnikov"}
     estimator : {"beam", "point"}
     points : int
@@ -64,10 +66,11 @@ class PassSettings:
 
     width: int = 512
     height: int = 512
-    paths: int = 100_000
+    paths: int = 50_000
     radius: float | None = None
     alpha: float = 0.7
     beams: str = "short"
+    adapt: bool = False
     blur: str = "box"
     estimator: str = "beam"
     points: int = POINTS
@@ -78,7 +81,9 @@ class PassSettings:
     def __post_init__(self) -> None:
         for name in ("width", "height", "paths"):
             count(name, getattr(self, name), 1)
-        check_estimate(1.0 if self.radius is None else self.radius, self.blur, self.estimator, self.points)
+        if self.radius is not None:
+            check_radius("radius", self.radius)
+        check_estimate(self.blur, self.estimator, self.points, self.adapt)
         number("alpha", self.alpha, "a number above 0 and at most 1", 1e-6, 1.0)
         count("seed", self.seed, 0)
         choice("beams", self.beams, KINDS)
@@ -133,7 +138,7 @@ class Passes:
         if scene.camera is None:
             raise InputError("the scene has no camera; give it one, as BeamScene(…, camera=fl.Camera(…))")
         self._radii = self.settings.radii(scene)
-        self._next_radius = self.radius = next(self._radii)
+        self._first_radius = self._next_radius = self.radius = next(self._radii)
         shape = (self.settings.height, self.settings.width, 3)
         # One tuple, so that what interrupts a pass leaves the passes before whole.
         self._state: tuple[int, Float64Array, Float64Array] = 0, np.zeros(shape), np.zeros(shape)
@@ -158,10 +163,11 @@ class Passes:
         )
         radius = self._next_radius
         origins, directions, keys = self._rays()
-        light = BeamMap(self.scene, beams, settings.method).radiance(
+        own = {"own_radius": radius, "scale": radius / self._first_radius} if settings.adapt else {}
+        light = BeamMap(self.scene, beams, settings.method, **own).radiance(
             origins,
             directions,
-            radius,
+            None if settings.adapt else radius,
             keys=keys,
             blur=settings.blur,
             estimator=settings.estimator,

@@ -12,7 +12,6 @@ from typer import Option
 from ..progress import reporting, staged
 from ..support.texts import counted
 from .files import check_output, note, show_progress
-from .options import Method
 from .resume import WRITE_SECONDS, check_resume, state_path, without_interrupts
 
 if TYPE_CHECKING:
@@ -40,19 +39,22 @@ def beams(
         int | None, Option(min=1, help=f"The height in pixels; the width, or {SIZE}, by default.")
     ] = None,
     passes: Annotated[int, Option(min=1, help="How many passes to average, each of new photons.")] = 16,
-    paths: Annotated[int, Option(min=1, help="How many photons each pass emits.")] = 100_000,
+    paths: Annotated[int, Option(min=1, help="How many photons each pass emits.")] = 50_000,
     radius: Annotated[
         float | None,
         Option(
             "--radius",
             "-r",
-            help="The radius of the blur in the first pass, in the unit of the scene; by default 1/100 of its size.",
+            help="The radius of the blur in the first pass, in the unit of the scene; by default 1/200 of its size.",
             show_default=False,
         ),
     ] = None,
     alpha: Annotated[float, Option(help="How slowly the radius shrinks from pass to pass; 1 keeps it.")] = 0.7,
     long: Annotated[
         bool, Option("--long", help="Make beams that end at surfaces, rather than where photons collide.")
+    ] = False,
+    adapt: Annotated[
+        bool, Option("--adapt", help="Give each beam a radius that suits how dense beams are at each of its ends.")
     ] = False,
     blur: Annotated[str, Option(metavar="NAME", help="The kernel of the blur: box or epanechnikov.")] = "box",
     estimator: Annotated[
@@ -62,7 +64,9 @@ def beams(
     exposure: Annotated[
         float | None, Option(help="Brighten a .png by 2 to this power; chosen by default.", show_default=False)
     ] = None,
-    method: Method | None = None,
+    method: Annotated[
+        str | None, Option("--method", "-m", metavar="NAME", help="The kind of tree to build; best by default.")
+    ] = None,
     resume: Annotated[bool, Option("--resume", help="Go on with a picture that Ctrl-C has stopped.")] = False,
 ) -> None:
     """Render the light that a medium scatters, from the flights of photons: fog, caustics, shafts of light.
@@ -93,6 +97,7 @@ def beams(
         radius=radius,
         alpha=alpha,
         beams="long" if long else "short",
+        adapt=adapt,
         blur=blur,
         estimator=estimator,
         seed=seed,
