@@ -108,10 +108,12 @@ def run_caustic(size: CausticSize, progress: Callable[[str, float], None]) -> Fi
         one, other = (half.picture() for half in halves)
         mean = float((one[fog].mean() + other[fog].mean()) / 2)
 
+        def squares(picture: Float64Array) -> Float64Array:
+            # Products of the differences from both halves have the mean of squared errors, without the halves' noise.
+            return np.asarray(((picture - one) * (picture - other))[fog].mean(axis=1))
+
         def error(picture: Float64Array) -> float:
-            # The mean product of the differences from both halves is the square of the error, without their noise.
-            square = float(((picture - one) * (picture - other))[fog].mean())
-            return math.sqrt(max(0.0, square)) / mean
+            return math.sqrt(max(0.0, float(squares(picture).mean()))) / mean
 
         sides: dict[str, Any] = {
             OURS: Beams(scene, size.paths, size.radius),
@@ -119,9 +121,12 @@ def run_caustic(size: CausticSize, progress: Callable[[str, float], None]) -> Fi
         }
         curves = _curves(sides, size.seconds, error, now, progress)
     pictures = {name: side.picture() for name, side in sides.items()} | {REFERENCE: (one + other) / 2}
+    ours = squares(pictures[OURS])
+    least = math.sqrt(float(ours.std()) / math.sqrt(len(ours))) / mean  # the square root of a standard error
     for picture in pictures.values():
         picture[~fog] = 0.0
-    return _figures(size, curves, pictures, mean, f"{mitsuba.version}, {size.variant}", 2 * n * samples)
+    version = f"{mitsuba.version}, {size.variant}"
+    return _figures(size, curves, pictures, mean, least, version, 2 * n * samples)
 
 
 def _samples_a_second(mitsuba: VolpathScene, now: Callable[[], float]) -> int:
@@ -175,6 +180,7 @@ def _figures(
     curves: dict[str, list[tuple[float, float]]],
     pictures: dict[str, Float64Array],
     mean: float,
+    least: float,
     version: str,
     n_samples: int,
 ) -> Figures:
@@ -187,7 +193,8 @@ def _figures(
     notes = [
         f"{size.size}² pixels, {size.n_threads} thread(s); {size.paths:,} photons a pass, the first radius "
         f"{size.radius:g}. Mitsuba {version}; the reference has {n_samples:,} samples a pixel. Errors are root mean "
-        "squares over the pixels beside the sphere, by the mean radiance, less the noise of the reference.",
+        "squares over the pixels beside the sphere, by the mean radiance, less the noise of the reference. It is too "
+        f"noisy to resolve errors below about {least:.2f}.",
         f"volpath's error after {last_s:.1f} s is {last_error:.4f}, which fastlines {reaches}. Our mean radiance is "
         f"{ours_mean / mean:.4f} of the reference's.",
     ]

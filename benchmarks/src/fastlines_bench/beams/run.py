@@ -73,7 +73,7 @@ class BeamsPreset(Preset):
     radii_beams: int = sized(100_000, 5_000)
     radii: tuple[float, ...] = sized((0.0005, 0.001, 0.002, 0.003, 0.004, 0.005), (0.001, 0.005))
     caustic_size: int = sized(128, 32)
-    caustic_paths: int = sized(100_000, 5_000)
+    caustic_paths: int = sized(50_000, 5_000)
     caustic_radius: float = 0.02
     caustic_s: float = sized(40.0, 2.0)
     reference_s: float = sized(160.0, 4.0)
