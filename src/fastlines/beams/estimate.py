@@ -112,7 +112,7 @@ class BeamMap:
         self.decay = np.broadcast_to(decay, 3)
 
     def _distances(self, farthest: float) -> FloatArray:
-        """Return how far from the ends of each beam the last of its nearest others is, (n, 2); inf beyond `farthest`."""
+        """Return how far from its ends the last of a beam's nearest others is, (n, 2); inf beyond `farthest`."""
         # Many beams start at one point, where a light or a collision is.
         ends = np.ascontiguousarray(self.lines.segments).reshape(-1, 3)
         _, first, of_ends = np.unique(ends.view("V12"), return_index=True, return_inverse=True)
