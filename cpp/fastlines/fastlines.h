@@ -334,4 +334,6 @@ FASTLINES_API void fl_free_pairs(fl_pairs* pairs);
 }
 #endif
 
+#include "gather.h"
+
 #endif

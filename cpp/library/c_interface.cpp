@@ -1,5 +1,5 @@
 // The C interface: trees, rays and hits.
-#include "c_calls.hpp"
+#include "c_rays.hpp"
 #include "thread_hits.hpp"
 
 struct fl_hit_lists {
@@ -62,31 +62,6 @@ fl::BuildOptions options_of(const fl_options* given, std::size_t n_lines) {
     };
   return options;
 }
-
-/// A batch of the C interface as one of C++.
-struct Batch {
-  fl::Rays rays;
-  fl::PerRay radius = 0.0f;
-  fl::QueryOptions options;
-
-  explicit Batch(const fl_rays* given, fl::At at, fl::Rank rank = fl::Rank::t) {
-    require(given, "rays");
-    const std::size_t n = given->n;
-    if (n > 0) require(given->origins, "rays->origins"), require(given->directions, "rays->directions");
-    rays.origins = {reinterpret_cast<const fl::Vec3*>(given->origins), n};
-    rays.directions = {reinterpret_cast<const fl::Vec3*>(given->directions), n};
-    const auto each = [n](const float* values) { return std::span<const float>(values, n); };
-    if (given->t_min) rays.t_min = each(given->t_min);
-    if (given->t_max) rays.t_max = each(given->t_max);
-    radius = given->radii ? fl::PerRay(each(given->radii)) : fl::PerRay(given->radius);
-    rays.spread = given->spreads ? fl::PerRay(each(given->spreads)) : fl::PerRay(given->spread);
-    rays.ignore = {given->ignore, given->n_ignore};
-    rays.ignore_strands = {given->ignore_strands, given->n_ignore_strands};
-    options.at = at;
-    options.rank = rank;
-    options.n_threads = given->n_threads;
-  }
-};
 
 /// Copies a name, and cuts off what does not fit.
 template <std::size_t n>
@@ -267,7 +242,7 @@ fl_status fl_first_hits(const fl_tree* tree, const fl_rays* rays, fl_at at, floa
                         float* distance, float* t_out) {
   return guarded([&] {
     require(tree, "tree");
-    const Batch batch(rays, at_of(at));
+    const RayBatch batch(rays, at_of(at));
     const fl::Hits hits = tree->tree.first_hit(batch.rays, batch.radius, batch.options);
     copy_if(hits.t, t);
     copy_if(hits.prim, prim);
@@ -283,7 +258,7 @@ fl_status fl_first_hits(const fl_tree* tree, const fl_rays* rays, fl_at at, floa
 fl_status fl_any_hits(const fl_tree* tree, const fl_rays* rays, fl_at at, uint8_t* found) {
   return guarded([&] {
     require(tree, "tree");
-    const Batch batch(rays, at_of(at));
+    const RayBatch batch(rays, at_of(at));
     if (batch.rays.size() > 0) require(found, "found");
     copy_if<std::uint8_t>(tree->tree.any_hit(batch.rays, batch.radius, batch.options), found);
   });
@@ -292,7 +267,7 @@ fl_status fl_any_hits(const fl_tree* tree, const fl_rays* rays, fl_at at, uint8_
 fl_status fl_counts(const fl_tree* tree, const fl_rays* rays, fl_at at, int64_t* n) {
   return guarded([&] {
     require(tree, "tree");
-    const Batch batch(rays, at_of(at));
+    const RayBatch batch(rays, at_of(at));
     if (batch.rays.size() > 0) require(n, "n");
     copy_if<std::int64_t>(tree->tree.count_hits(batch.rays, batch.radius, batch.options), n);
   });
@@ -304,7 +279,7 @@ fl_status fl_list_hits(const fl_tree* tree, const fl_rays* rays, size_t k, fl_at
     require(tree, "tree");
     require(lists, "lists");
     *lists = nullptr;
-    const Batch batch(rays, at_of(at), rank_of(rank));
+    const RayBatch batch(rays, at_of(at), rank_of(rank));
     *lists = new fl_hit_lists{k == SIZE_MAX ? tree->tree.all_hits(batch.rays, batch.radius, batch.options)
                                             : tree->tree.next_hits(batch.rays, batch.radius, k, batch.options)};
   });

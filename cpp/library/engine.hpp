@@ -75,6 +75,9 @@ class TreeImpl {
   virtual std::optional<HitLists> list_hits(const Rays& rays, const PerRay& radius, std::optional<std::size_t> k,
                                             const QueryOptions& options, std::size_t max_hits) const = 0;
 
+  virtual void gather(const Rays& rays, const PerRay& radius, const GatherOptions& what, const QueryOptions& options,
+                      Gathered& to) const = 0;
+
   virtual const NearQueries& near_queries() const = 0;
 
   /// The same tree over lines that have moved. Throws InputError if they are not as many, or of the other kind.

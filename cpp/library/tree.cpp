@@ -91,6 +91,13 @@ HitLists Tree::next_hits(const Rays& rays, const PerRay& radius, std::size_t k, 
   return *impl_->list_hits(rays, radius, k, options, kNoLimit);
 }
 
+Gathered Tree::gather(const Rays& rays, const PerRay& radius, const GatherOptions& what,
+                      const QueryOptions& options) const {
+  Gathered sums;
+  impl_->gather(rays, radius, what, options, sums);
+  return sums;
+}
+
 void Tree::all_hits(const Rays& rays, const PerRay& radius, const Sink& sink, const QueryOptions& options) const {
   constexpr SinkTuning tuning;
   if (!sink) throw InputError("the sink is empty; expected a function");

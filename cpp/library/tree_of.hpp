@@ -7,13 +7,15 @@
 #include "engine.hpp"
 #include "engine/layout_queries.hpp"
 #include "engine/trees.hpp"
-#include "fastlines/build/refit.hpp"
 #include "fastlines/kernels/intersect/scene_cull.hpp"
 #include "fastlines/kernels/run/one_ray.hpp"
+#include "fastlines/query/gather/gather_rays.hpp"
 #include "fastlines/tree/cost.hpp"
 #include "frame_box.hpp"
+#include "gather_rule.hpp"
 #include "hit_arrays.hpp"
 #include "line_input.hpp"
+#include "moved_tree.hpp"
 #include "near_queries_of.hpp"
 #include "ray_limits.hpp"
 #include "special_rays.hpp"
@@ -146,6 +148,18 @@ class TreeOf final : public TreeImpl {
     return HitLists{*offsets, hits->hits(hits), offsets};
   }
 
+  void gather(const Rays& rays, const PerRay& radius, const GatherOptions& what, const QueryOptions& options,
+              Gathered& to) const override {
+    const Batch batch = checked(rays, radius, options);
+    const fastlines::GatherRule rule = rule_of(what, options, batch.rays, items_.size(), prims_.max_radius());
+    const fastlines::GatherSums sums = make_room(to, rays.size(), what);
+    if (!is_special(rays)) return run(batch, options, [&](const auto& queries) { queries.gather(rule, sums); });
+    const fastlines::GatherLines lines{reinterpret_cast<const float*>(items_.data()), sizeof(Item) / sizeof(float)};
+    run_special(rays, options, [&](const auto& search, fastlines::Progress& progress) {
+      fastlines::gather_rays(search, batch.rays, rule, lines, batch.n_threads, progress, sums);
+    });
+  }
+
   const NearQueries& near_queries() const override { return near_; }
 
   // Lines that have moved.
@@ -275,20 +289,8 @@ class TreeOf final : public TreeImpl {
                          std::to_string(items_.size()) + "; expected as many");
       const unsigned threads = n_threads_of(n_threads);
       fastlines::Progress progress;
-      fastlines::Tree tree{fastlines::LargeVector<fastlines::Node>(tree_.nodes.size()), tree_.refs};
-      const auto fit = [&](const std::vector<Item>& to, fastlines::LargeVector<fastlines::Node>& nodes) {
-        const auto axes = axes_of(std::span<const Item>(to));
-        fastlines::Refit<fastlines::Segments>(tree_.nodes, tree_.refs, fastlines::Segments{axes}, nodes.data())(
-            threads, progress);
-      };
       TreeOrigin origin = origin_;
-      if (!origin.built_cost) {
-        // The growth of a refitted tree is relative to its cost with tight boxes.
-        if (origin.is_cut) fit(items_, tree.nodes);
-        origin.built_cost = fastlines::cost_of(origin.is_cut ? tree.nodes : tree_.nodes, origin.c_trav, origin.c_prim);
-      }
-      fit(items, tree.nodes);
-      origin.be_tight();
+      fastlines::Tree tree = moved_tree(tree_, items_, items, origin, threads, progress);
       return std::make_shared<TreeOf<P>>(std::move(items), std::move(tree), std::move(origin), threads, progress);
     }
   }

@@ -14,7 +14,10 @@ from pathlib import Path
 
 FOLDER = Path(__file__).parents[2] / "cpp/fastlines"
 #: The headers, by Sphinx's name of the language.
-HEADERS = {"cpp": ("api/ray.hpp", "api/point.hpp", "api/tree.hpp", "api/acc_tree.hpp"), "c": ("fastlines.h",)}
+HEADERS = {
+    "cpp": ("api/ray.hpp", "api/point.hpp", "api/gather.hpp", "api/tree.hpp", "api/acc_tree.hpp"),
+    "c": ("fastlines.h", "gather.h"),
+}
 
 COMMENT = re.compile(r"(?:[ \t]*//[^\n]*\n)+|/\*.*?\*/\n?", re.DOTALL)
 COMMENT_BEHIND = re.compile(r"[ \t]*(?:///<[^\n]*(?:\n[ \t]*///<[^\n]*)*|/\*.*?\*/)", re.DOTALL)

@@ -159,7 +159,7 @@ def test_ctrl_c_writes_what_is_there_and_resume_goes_on(tree_file, monkeypatch):
     assert names() == [tree_file, "whole.png", "x.png"]
 
 
-@pytest.mark.parametrize("look", ["hits", "work"])
+@pytest.mark.parametrize("look", ["hits", "density", "work"])
 @pytest.mark.parametrize("samples", [1, 3])
 def test_ctrl_c_keeps_what_there_is_of_a_measure(look, samples, tree_file, monkeypatch):
     monkeypatch.setattr(progressive, "MAX_RAYS", 100)  # bands of five rows

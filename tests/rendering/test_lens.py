@@ -117,7 +117,7 @@ def test_bad_lenses_are_refused(lens, said):
     assert said in str(caught.value)
 
 
-@pytest.mark.parametrize("look", ["hits", "work"])
+@pytest.mark.parametrize("look", ["hits", "density", "work"])
 def test_numbers_of_rays_have_no_lens(look):
     with pytest.raises(InputError, match=r"lens_radius=0.3 does not apply: the look .* counts along rays from a pinh"):
         fl.render([[[0, 0, 0], [1, 0, 0]]], LENS, width=8, height=8, look=look)

@@ -64,10 +64,26 @@ def test_hits_are_counted_for_the_ray_of_each_pixel():
     assert shown[many, 1] > shown[few, 1]  # viridis ends in yellow
 
 
+def test_density_is_the_length_of_lines_per_area():
+    tree = fl.build(SCENE.lines)
+    picture = fl.render(tree, SCENE.camera, width=24, height=20, look="density", radius=0.01)
+    gathered = tree.gather(*SCENE.camera.rays(24, 20), 0.01).sum.reshape(20, 24)
+    assert np.array_equal(picture.aovs["density"], gathered.astype(np.float32))
+    # Over parallel rays, it adds up to the length of the lines within the picture.
+    x, y = np.meshgrid(np.arange(-0.5, 1.5, 0.005), np.arange(-0.5, 1.5, 0.005))
+    column = tree.gather(np.stack([x, y, np.full_like(x, -9)], axis=-1), [0, 0, 1], 0.01)
+    assert column.sum.sum() * 0.005**2 == pytest.approx(SCENE.lines.lengths().sum(), rel=0.01)
+    # Whatever the unit of length, the brightest pixels have the last colour.
+    small = fl.lines(SCENE.lines.segments * 1e3)
+    assert fl.render(small, width=32, height=32, look="density").to_bytes().max() > 200
+    with pytest.raises(fl.InputError, match="there are only 2 triangles; use look='hits'"):
+        fl.render(fl.Triangles(np.random.default_rng(0).random((2, 3, 3))), width=8, height=8, look="density")
+
+
 def test_a_larger_radius_is_more_hits_and_more_work():
     tree = fl.build(SCENE.lines)
     options = {"width": 16, "height": 16}
-    for name in MEASURES:
+    for name in ("hits", "work"):
         little, much = (fl.render(tree, SCENE.camera, look=name, radius=r, **options).aovs[name] for r in (0.001, 0.01))
         assert (little <= much).all()
         assert little.sum() < much.sum()

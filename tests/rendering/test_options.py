@@ -71,7 +71,7 @@ EXPECTED = {
     "variation": ("hair", "fibre", "tube"),
     "ground": ("hair", "fibre", "tube", OWN_LIT),
     "quality": ("hair",),
-    "legend": ("hits", "work", "fibre", OWN_LIT),
+    "legend": ("hits", "density", "work", "fibre", OWN_LIT),
     "samples": (*LOOKS, *MEASURES, *OWN),
 }
 

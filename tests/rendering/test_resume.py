@@ -35,7 +35,7 @@ def assert_same(one, other):
     assert one.samples == other.samples
 
 
-@pytest.mark.parametrize("look", ["tube", "hair", "id", "hits", "work"])
+@pytest.mark.parametrize("look", ["tube", "hair", "id", "hits", "density", "work"])
 @pytest.mark.parametrize("radius", [0.001, 0.02])  # thinner and thicker than a pixel
 def test_a_resumed_picture_is_that_of_an_uninterrupted_run(look, radius, tmp_path):
     first = made(look=look, radius=radius)
@@ -80,7 +80,7 @@ def test_a_picture_does_not_depend_on_its_bands(look, radius, monkeypatch):
     assert_same(found[0], found[2])
 
 
-@pytest.mark.parametrize("look", ["hits", "work"])
+@pytest.mark.parametrize("look", ["hits", "density", "work"])
 def test_one_ray_for_each_pixel_has_the_rows_so_far(look, monkeypatch):
     """A measure has one sample by default, so an interrupted picture has some of its rows."""
     monkeypatch.setattr(progressive, "MAX_RAYS", 150)

@@ -118,6 +118,24 @@ class PairOptions(c.Structure):
     )
 
 
+class GatherOptions(c.Structure):
+    _fields_ = (
+        ("blur", c.c_int),
+        ("n_channels", c.c_size_t),
+        ("values", FloatPointer),
+        ("sigma", c.c_float * 8),
+        ("line_sigma", c.c_float * 8),
+        ("optical_depth", FloatPointer),
+        ("n_depths", c.c_size_t),
+        ("has_depth_channels", c.c_int),
+        ("has_phase", c.c_int),
+        ("phase", c.c_float),
+        ("with_ends", c.c_int),
+        ("progress", c.c_void_p),
+        ("user_data", c.c_void_p),
+    )
+
+
 class NearArrays(c.Structure):
     _fields_ = (
         ("n_points", c.c_size_t),
@@ -236,6 +254,14 @@ class CTree:
         counts = np.empty(rays.n, np.int64)
         self.library.call("fl_counts", self.tree, c.byref(rays), at, counts.ctypes.data_as(c.c_void_p))
         return counts
+
+    def gather(self, rays: Rays, options: GatherOptions | None = None) -> tuple[npt.NDArray[Any], ...]:
+        """Return sums, sums of squares and counts."""
+        shape = rays.n, max(1, options.n_channels if options else 1)
+        arrays = np.empty(shape), np.empty(shape), np.empty(rays.n, np.int64)
+        given = c.byref(rays), None if options is None else c.byref(options)
+        self.library.call("fl_gather", self.tree, *given, *(array.ctypes.data_as(c.c_void_p) for array in arrays))
+        return arrays
 
     def refit(self, rows: npt.NDArray[np.float32]) -> CTree:
         refitted, name = c.c_void_p(), "fl_refit" if rows.shape[1] == 6 else "fl_refit_round_cones"

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "export.h"
+#include "gather.hpp"
 #include "point.hpp"
 #include "ray.hpp"
 
@@ -156,6 +157,11 @@ class FASTLINES_API Tree {
   HitLists all_hits(const Rays& rays, const PerRay& radius, const QueryOptions& options = {}) const;
   /// Returns the first k of all hits of each ray.
   HitLists next_hits(const Rays& rays, const PerRay& radius, std::size_t k, const QueryOptions& options = {}) const;
+
+  /// Returns sums over all hits of each ray, without listing them. Hits are those `At::closest`. The sums are the same
+  /// for every tree, kernel and number of threads, bit for bit.
+  Gathered gather(const Rays& rays, const PerRay& radius, const GatherOptions& what = {},
+                  const QueryOptions& options = {}) const;
 
   /// A callback that gets the index of a ray and the hits of that ray.
   using Sink = std::function<void(std::size_t ray, const Hits& hits)>;

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import AnyArray, IntArray
+from ..arrays import AnyArray
 from ..errors import InputError
 from .color.legend import ColorBar
 from .measures import Measure
@@ -81,7 +81,7 @@ class MeasureRenderer(Progressive):
         )
 
     @property
-    def _shader(self) -> Callable[..., IntArray]:
+    def _shader(self) -> Callable[..., AnyArray]:
         return self.measure.count
 
     def _own_settings(self) -> dict[str, Any]:
@@ -89,4 +89,4 @@ class MeasureRenderer(Progressive):
 
 
 def _range(values: AnyArray) -> tuple[float, float]:
-    return 0.0, max(1.0, float(np.quantile(values, BRIGHT))) if len(values) else 1.0
+    return 0.0, float(np.quantile(values, BRIGHT)) if len(values) else 1.0

@@ -1,4 +1,4 @@
-"""Looks that show a number of each ray: how many lines it hits, and how much work that is."""
+"""Looks that show a number of each ray: how many lines it hits, their density, and how much work that is."""
 
 from __future__ import annotations
 
@@ -6,6 +6,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from ..arrays import FloatArray, IntArray
+from ..errors import InputError
+from ..geometry.hit_places import Float64Array
 from ..tree import Tree
 from .looks.look import Backdrop
 from .looks.table import NIGHT
@@ -34,7 +36,7 @@ class Measure:
 
     name: str
     title: str
-    count: Callable[[Tree, FloatArray, FloatArray, float], IntArray]
+    count: Callable[[Tree, FloatArray, FloatArray, float], IntArray | Float64Array]
     map: str
     range: tuple[float, float] | None = None
     backdrop: Backdrop = NIGHT
@@ -44,8 +46,18 @@ def _hits(tree: Tree, origins: FloatArray, directions: FloatArray, radius: float
     return tree.count_hits(origins, directions, radius)
 
 
+def _density(tree: Tree, origins: FloatArray, directions: FloatArray, radius: float) -> Float64Array:
+    if not any(part.has_directions for part in tree.geometry.each_part()):
+        raise InputError(
+            f"look='density' shows the length of lines along rays, and there are only {tree.geometry.count_text()}; "
+            "use look='hits'"
+        )
+    return tree.gather(origins, directions, radius).sum
+
+
 #: The measures by name.
 MEASURES = {
     "hits": Measure("hits", "hits per ray", _hits, "viridis"),
+    "density": Measure("density", "length of lines per area", _density, "gray"),
     "work": Measure("work", "nodes visited per ray", visited_nodes, "inferno"),
 }

@@ -39,7 +39,10 @@ class GatherQuery {
       const std::size_t at = begin[lane], n = begin[lane + 1] - at;
       // Convert t and the distance to units of the caller's ray.
       float *const t = t_.data() + at, *const distance = distance_.data() + at;
-      for (std::size_t k = 0; k < n; ++k) t[k] = rays.t_ray(i, t[k]);
+      const float t_min = rays.t_min[i], t_max = rays.t_max[i];  // copied, since no store can alias them then
+      const float t_min_ray = rays.t_min_ray[i], t_max_ray = rays.t_max_ray[i];
+      for (std::size_t k = 0; k < n; ++k)
+        t[k] = to_ray_t(t[k], t_min, t_max, t_min_ray, t_max_ray, rays.t0[i], rays.inv_scale, rays.inv_length[i]);
       for (std::size_t k = 0; k < n; ++k) distance[k] = float(std::sqrt(distance[k]) * rays.inv_scale);
       const std::uint32_t* const prim = prim_.data() + at;
       const std::size_t id = rays.id[i];

@@ -83,9 +83,8 @@ class Contributions {
 
  private:
   static IntLanes first_lanes(int n) {
-    IntLanes counts;
-    for (int i = 0; i < kLanes; ++i) counts.set(i, i < n ? -1 : 0);
-    return counts;
+    static constexpr std::int32_t numbers[kLanes] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
+    return IntLanes::load(numbers) < IntLanes(n);
   }
 
   /// Weigh with K / sin θ.

@@ -1,9 +1,10 @@
 // Sums the contributions of the hits of a ray, in an order that does not matter (exact_sum.hpp).
 #pragma once
 
-#include <bit>
+#include <vector>
 
 #include "../../memory/large_vector.hpp"
+#include "../../rays/hit.hpp"
 #include "contribution.hpp"
 #include "exact_sum.hpp"
 
@@ -36,6 +37,7 @@ class HitSummer {
     IntLanes counts = 0;
     for (std::size_t first = 0; first < hits.n; first += kLanes) {
       const auto n = int(std::min<std::size_t>(kLanes, hits.n - first));
+      prefetch(lines, hits, first + kPrefetchedAhead);
       const Contributions of_hits(rule_, ray, lines, hits, first, n);
       counts = counts - of_hits.counts();
       for (std::size_t c = 0; c < n_channels; ++c) {
@@ -57,7 +59,33 @@ class HitSummer {
     }
   }
 
+  /// The same of hits in a row.
+  void sum(const GatherRay& ray, const GatherLines& lines, std::span<const Hit> hits, const GatherSums& to) {
+    const std::size_t n = hits.size();
+    for (auto* column : {&t_, &u_, &distance_}) column->resize(n);
+    prim_.resize(n);
+    for (std::size_t k = 0; k < n; ++k) {
+      t_[k] = hits[k].t;
+      u_[k] = hits[k].u;
+      distance_[k] = hits[k].distance;
+      prim_[k] = std::uint32_t(hits[k].prim);
+    }
+    sum(ray, lines, {t_.data(), u_.data(), distance_.data(), prim_.data(), prim_.data(), n}, to);
+  }
+
  private:
+  /// How many hits ahead lines and values are prefetched.
+  static constexpr std::size_t kPrefetchedAhead = 2 * kLanes;
+
+  /// Prefetch the lines and the values of 16 hits.
+  void prefetch(const GatherLines& lines, const GatherHits& hits, std::size_t first) const {
+    const float* const values = rule_.values.empty() ? nullptr : rule_.values.data();
+    for (std::size_t k = first; k < std::min(hits.n, first + kLanes); ++k) {
+      __builtin_prefetch(lines.rows + hits.line[k] * lines.n_numbers);
+      if (values) __builtin_prefetch(values + hits.prim[k] * std::size_t(rule_.n_channels));
+    }
+  }
+
   /// The sum of function(x) of n numbers, which are 0 where a hit does not count.
   template <class Function>
   static double total(const float* numbers, std::size_t n, double largest, std::uint64_t n_counted,
@@ -73,6 +101,8 @@ class HitSummer {
 
   const GatherRule& rule_;
   LargeVector<float> contributions_;  // a column for each channel
+  std::vector<float> t_, u_, distance_;
+  std::vector<std::uint32_t> prim_;
 };
 
 }  // namespace fastlines

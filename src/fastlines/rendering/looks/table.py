@@ -38,7 +38,11 @@ LOOKS = {
     "tangent": "the directions of the lines as the camera sees them",
 }
 #: The looks that show a number of each ray, not lines (`rendering.measures`), and half a line about each.
-NUMBERS = {"hits": "how many lines the ray of each pixel hits", "work": "how many nodes of the tree it visits"}
+NUMBERS = {
+    "hits": "how many lines the ray of each pixel hits",
+    "density": "the length of lines along the ray of each pixel, like an X-ray",
+    "work": "how many nodes of the tree it visits",
+}
 #: How exact light is: scattered once and then as an estimate, or by paths of many bounces.
 QUALITIES = ("normal", "high")
 #: The colour map, unless another one is given.

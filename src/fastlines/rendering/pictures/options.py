@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from ...errors import InputError
 
 #: The looks that show light, colours that need none, and numbers.
-SOLID, FLAT, NUMBERS = ("fibre", "tube"), ("depth", "id", "normal", "tangent"), ("hits", "work")
+SOLID, FLAT, NUMBERS = ("fibre", "tube"), ("depth", "id", "normal", "tangent"), ("hits", "density", "work")
 #: What stands for an object with the members of `Look`, lit or not.
 OWN_LIT, OWN_FLAT = "a lit look of your own", "a look of your own"
 #: What stands for a sheet of the levels of a tree.
