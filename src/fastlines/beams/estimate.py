@@ -95,9 +95,9 @@ class BeamMap:
         scale: float = 1.0,
     ) -> None:
         self.scene = scene
-        segments, piece_of, scattered, decay = scene.medium.sources(beams.lines.segments, beams.decay)
-        self.lines = beams.lines if piece_of is None else Lines.from_segments(segments)
-        power = beams.power if piece_of is None else beams.power[piece_of]
+        sources = scene.medium.sources(beams.lines.segments, beams.decay)
+        self.lines = beams.lines if sources.beam is None else Lines.from_segments(sources.segments)
+        power = beams.power if sources.beam is None else beams.power[sources.beam]
         self.tree = build(self.lines, method)
         self.is_adapted = own_radius is not None
         if own_radius is not None:
@@ -108,11 +108,12 @@ class BeamMap:
             self.lines = self.lines.with_radius(np.clip(own, own_radius / WIDEST, widest))
             self.tree = build(self.lines, method)
         self.g = scene.medium.g or None
-        self.values = (power * (scattered / beams.n_paths * (1.0 if self.g else 0.25 / np.pi))).astype(np.float32)
-        self.decay = np.broadcast_to(decay, 3)
+        of_power = sources.scattered / beams.n_paths * (1.0 if self.g else 0.25 / np.pi)
+        self.values = (power * of_power).astype(np.float32)
+        self.decay = sources.decay
 
     def _distances(self, farthest: float) -> FloatArray:
-        """Return how far from the ends of each beam the last of its nearest others is, (n, 2); inf beyond `farthest`."""
+        """Return how far from its ends the last of a beam's nearest others is, (n, 2); inf beyond `farthest`."""
         # Many beams start at one point, where a light or a collision is.
         ends = np.ascontiguousarray(self.lines.segments).reshape(-1, 3)
         _, first, of_ends = np.unique(ends.view("V12"), return_index=True, return_inverse=True)
