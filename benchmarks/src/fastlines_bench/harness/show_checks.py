@@ -18,4 +18,5 @@ def print_checks(console: Console, checks: list[Check]) -> None:
             "–" if check.figure is None else f"{check.figure:.2f}" if check.figure >= 0.1 else f"{check.figure:.1e}"
         )
         bound = f"at least {check.least:g}" if check.least else f"at most {check.most:g}"
-        console.print(f"  {verdict}: {check.scene}, {check.what}: {figure}, {bound}", highlight=False)
+        named = f"{check.scene}, {check.what}" if check.scene else check.what
+        console.print(f"  {verdict}: {named}: {figure}, {bound}", highlight=False)

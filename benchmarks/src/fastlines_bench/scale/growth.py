@@ -114,7 +114,8 @@ def draw_growth(figures: Figures, path: str | os.PathLike[str]) -> None:
                 panel.plot(*zip(*known, strict=True), "o-", color=colour, label=label, markersize=4)
         panel.set(xscale="log", yscale="log", xlabel=what)
         style(panel, grid=True)
-        label_log(panel.xaxis)
+        if what == "tiles":
+            label_log(panel.xaxis)
         label_log(panel.yaxis)
     panels[0].set_ylabel("seconds")
     panels[0].legend(frameon=False)
