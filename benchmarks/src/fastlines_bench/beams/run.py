@@ -10,6 +10,8 @@ from typing import Any
 from ..harness import machine
 from ..harness.figures import Figures
 from ..harness.preset import Preset, sized
+from ..peers import embree, mitsuba
+from ..peers.beam_loops import load_loops
 
 #: The parts, in the order in which they run.
 PARTS = ("point-light", "gather", "passes", "radii", "caustic")
@@ -105,7 +107,14 @@ def run_beams(
     progress: Callable[[str, float], None] = lambda what, share: None,
     found: Callable[[Figures], None] = lambda figures: None,
 ) -> BeamsResult:
-    """Measure the parts of a preset; `found` is called with each as soon as it is done."""
+    """Measure the parts of a preset; `found` is called with each as soon as it is done.
+
+    Raises
+    ------
+    FastlinesError
+        If a peer of one of the parts is missing.
+    """
+    _load_peers(preset)
     from .caustic import CausticSize, run_caustic
     from .gather import GatherSize, run_gather
     from .passes import run_passes
@@ -158,3 +167,13 @@ def run_beams(
         parts.append(calls[name]())
         found(parts[-1])
     return BeamsResult(machine.describe(threads=n_threads), preset, parts, time.perf_counter() - start)
+
+
+def _load_peers(preset: BeamsPreset) -> None:
+    """Raise an error before the work if a peer cannot be used."""
+    if set(preset.parts) & {"gather", "passes", "radii"}:
+        embree.load(preset.n_threads)
+    if "gather" in preset.parts:
+        load_loops()
+    if "caustic" in preset.parts:
+        mitsuba.load(preset.variant, preset.n_threads)
