@@ -20,6 +20,7 @@ from fastlines.beams import (
     trace_photons,
 )
 from fastlines.beams.camera_paths import camera_legs
+from fastlines.beams.materials import fresnel
 from fastlines.support.counter_random import random_bits
 
 BOX = [[-1, -1, -1], [1, 1, 1]]
@@ -165,3 +166,17 @@ def test_glass_focuses_light_behind_it():
     kept = (off > 2e-3) & (way[:, 2] > 0) & (np.hypot(way[:, 0], way[:, 1]) > 1e-4)
     focus = start[kept, 2] - (start * way)[kept, :2].sum(axis=1) / (way[kept, :2] ** 2).sum(axis=1) * way[kept, 2]
     assert np.median(focus) == pytest.approx(0.375, abs=0.01)
+
+
+def test_a_ray_goes_both_ways_at_glass_with_the_right_shares():
+    ball = fl.Spheres.from_centres([[0, 0, 0]], radius=0.5)
+    scene = BeamScene(HomogeneousMedium(0, 1e-9), [PointLight((0.9, 0, 0), 1)], [(ball, Glass(1.5))], box=BOX)
+    n = 4000
+    rays = np.tile([0.4, 0.0, -3.0], (n, 1)), np.tile([0.0, 0.0, 1.0], (n, 1))
+    legs = list(camera_legs(scene, *rays, random_bits(0, np.arange(n))))
+    cosine = np.array([np.sqrt(0.5**2 - 0.4**2) / 0.5])
+    share = float(fresnel(cosine, 1.5)[0])
+    reflected = (legs[1].directions[:, 2] < 0.99) & (legs[1].origins[:, 2] < 0)
+    assert legs[1].throughput[reflected, 0].sum() / n == pytest.approx(share, rel=0.1)
+    # Beside it, what passes both surfaces, and what is reflected within the ball once or more.
+    assert sum(one.throughput[:, 0].sum() for one in legs[1:]) / n == pytest.approx(1, rel=0.02)

@@ -171,7 +171,9 @@ class BeamMap:
                 found = self.light_along(legs, radius, blur)
             else:
                 found = self._around(legs, radius, blur, keys[legs.rays], points)
-            light[legs.rays] += legs.throughput * found
+            arriving = legs.throughput * found
+            for channel in range(3):
+                light[:, channel] += np.bincount(legs.rays, arriving[:, channel], len(light))
         return light
 
     def light_along(self, legs: Legs, radius: float, blur: str) -> Float64Array:
