@@ -20,7 +20,8 @@ pytestmark = pytest.mark.usefixtures("in_own_folder")
 needs_compiler = pytest.mark.skipif(
     not (shutil.which("g++") or shutil.which("c++")), reason="there is no compiler for the loops"
 )
-needs_mitsuba = pytest.mark.skipif(importlib.util.find_spec("mitsuba") is None, reason="Mitsuba is not installed")
+HAS_MITSUBA = importlib.util.find_spec("mitsuba") is not None
+needs_mitsuba = pytest.mark.skipif(not HAS_MITSUBA, reason="Mitsuba is not installed")
 
 
 def parts_of(path: str):
@@ -90,3 +91,8 @@ def test_caustic():
 )
 def test_refused(arguments, said):
     assert said in refused("beams", "--quick", *arguments)[1]
+
+
+@pytest.mark.skipif(HAS_MITSUBA, reason="Mitsuba is installed")
+def test_a_missing_peer_is_said_before_the_work():
+    assert "pip install mitsuba" in refused("beams", "--quick", "--part", "point-light,caustic")[1]

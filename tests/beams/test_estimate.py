@@ -20,6 +20,7 @@ from fastlines.beams import (
     trace_photons,
 )
 from fastlines.beams.camera_paths import camera_legs
+from fastlines.beams.materials import fresnel
 from fastlines.support.counter_random import random_bits
 
 BOX = [[-1, -1, -1], [1, 1, 1]]
@@ -56,8 +57,8 @@ def test_beams_converge_to_the_integral(kind, blur):
 
 
 def test_beams_with_a_radius_that_suits_their_density():
-    light, n_passes = [], 16
-    for i in range(n_passes):
+    light = []
+    for i in range(12):
         beams = trace_photons(SCENE, 5000, max_scatterings=0, pass_number=i)
         adapted = BeamMap(SCENE, beams, own_radius=0.02)
         light.append(adapted.radiance(ORIGINS, DIRECTIONS))
@@ -79,6 +80,29 @@ def test_a_grid_of_equal_voxels_is_a_homogeneous_medium(kind, medium):
     grid = GridMedium(np.full((5, 6, 7), 1.0), BOX, medium.absorption, medium.scattering, medium.g)
     one, other = (passes(BeamScene(m, [LIGHT], box=BOX), 2, 0.05, kind=kind).mean(axis=0) for m in (medium, grid))
     assert one == pytest.approx(other, rel=0.03)
+
+
+@pytest.mark.parametrize("kind", ["short", "long"])
+def test_a_grid_scatters_as_the_integral_says(kind):
+    rng = np.random.default_rng(2)
+    grid = GridMedium(rng.random((8, 9, 10)) * 2, BOX, (0.1, 0.2, 0.4), (0.5, 0.7, 0.9), 0.4)
+    scene = BeamScene(grid, [LIGHT])
+    expected = []
+    for origin, direction in zip(ORIGINS, DIRECTIONS / np.linalg.norm(DIRECTIONS, axis=1)[:, None], strict=True):
+        begin, end = (float(t[0]) for t in scene.in_box(origin[None], direction[None]))
+        t = begin + (np.arange(2000) + 0.5) / 2000 * (end - begin)
+        points = origin + t[:, None] * direction
+        distance = np.linalg.norm(points, axis=1)
+        from_light = points / distance[:, None]
+        cosine = -from_light @ direction
+        phase = (1 - 0.4**2) / (4 * np.pi * (1 + 0.4**2 - 0.8 * cosine) ** 1.5)
+        start = np.tile(origin + begin * direction, (len(t), 1))
+        passed = grid.transmittance(start, np.tile(direction, (len(t), 1)), t - begin)
+        passed *= grid.transmittance(np.zeros(points.shape), from_light, distance)
+        light = grid.density_at(points)[:, None] * grid.scattering * passed * LIGHT.power
+        expected.append((light * (phase / (4 * np.pi * distance**2))[:, None]).sum(axis=0) * (end - begin) / len(t))
+    n_paths = 4000 if kind == "short" else 1500
+    assert_agrees(passes(scene, 12, 0.03, n_paths=n_paths, kind=kind), np.array(expected), bias=0.02)
 
 
 def cut(beams, n, scene):
@@ -142,3 +166,17 @@ def test_glass_focuses_light_behind_it():
     kept = (off > 2e-3) & (way[:, 2] > 0) & (np.hypot(way[:, 0], way[:, 1]) > 1e-4)
     focus = start[kept, 2] - (start * way)[kept, :2].sum(axis=1) / (way[kept, :2] ** 2).sum(axis=1) * way[kept, 2]
     assert np.median(focus) == pytest.approx(0.375, abs=0.01)
+
+
+def test_a_ray_goes_both_ways_at_glass_with_the_right_shares():
+    ball = fl.Spheres.from_centres([[0, 0, 0]], radius=0.5)
+    scene = BeamScene(HomogeneousMedium(0, 1e-9), [PointLight((0.9, 0, 0), 1)], [(ball, Glass(1.5))], box=BOX)
+    n = 4000
+    rays = np.tile([0.4, 0.0, -3.0], (n, 1)), np.tile([0.0, 0.0, 1.0], (n, 1))
+    legs = list(camera_legs(scene, *rays, random_bits(0, np.arange(n))))
+    cosine = np.array([np.sqrt(0.5**2 - 0.4**2) / 0.5])
+    share = float(fresnel(cosine, 1.5)[0])
+    reflected = (legs[1].directions[:, 2] < 0.99) & (legs[1].origins[:, 2] < 0)
+    assert legs[1].throughput[reflected, 0].sum() / n == pytest.approx(share, rel=0.1)
+    # Beside it, what passes both surfaces, and what is reflected within the ball once or more.
+    assert sum(one.throughput[:, 0].sum() for one in legs[1:]) / n == pytest.approx(1, rel=0.02)

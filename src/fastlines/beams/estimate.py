@@ -95,25 +95,31 @@ class BeamMap:
         scale: float = 1.0,
     ) -> None:
         self.scene = scene
-        segments, piece_of, scattered, decay = scene.medium.sources(beams.lines.segments, beams.decay)
-        self.lines = beams.lines if piece_of is None else Lines.from_segments(segments)
-        power = beams.power if piece_of is None else beams.power[piece_of]
+        sources = scene.medium.sources(beams.lines.segments, beams.decay)
+        self.lines = beams.lines if sources.beam is None else Lines.from_segments(sources.segments)
+        power = beams.power if sources.beam is None else beams.power[sources.beam]
         self.tree = build(self.lines, method)
         self.is_adapted = own_radius is not None
         if own_radius is not None:
             check_radius("own_radius", own_radius)
-            own = self._distances() * number("scale", scale, "a number above 0", LEAST)
-            self.lines = self.lines.with_radius(np.clip(own, own_radius / WIDEST, own_radius * WIDEST))
+            number("scale", scale, "a number above 0", LEAST)
+            widest = own_radius * WIDEST
+            own = self._distances(widest / scale) * scale
+            self.lines = self.lines.with_radius(np.clip(own, own_radius / WIDEST, widest))
             self.tree = build(self.lines, method)
         self.g = scene.medium.g or None
-        self.values = (power * (scattered / beams.n_paths * (1.0 if self.g else 0.25 / np.pi))).astype(np.float32)
-        self.decay = np.broadcast_to(decay, 3)
+        of_power = sources.scattered / beams.n_paths * (1.0 if self.g else 0.25 / np.pi)
+        self.values = (power * of_power).astype(np.float32)
+        self.decay = sources.decay
 
-    def _distances(self) -> FloatArray:
-        """Return the distance from both ends of each beam to the last of its nearest others, (n, 2)."""
-        ends = self.lines.segments.reshape(-1, 3)
+    def _distances(self, farthest: float) -> FloatArray:
+        """Return how far from its ends the last of a beam's nearest others is, (n, 2); inf beyond `farthest`."""
+        # Many beams start at one point, where a light or a collision is.
+        ends = np.ascontiguousarray(self.lines.segments).reshape(-1, 3)
+        _, first, of_ends = np.unique(ends.view("V12"), return_index=True, return_inverse=True)
         k = min(NEIGHBOURS + 1, len(self.lines))  # the beam itself is the nearest
-        return self.tree.nearest(ends, k).distance[:, -1].reshape(-1, 2)
+        found = self.tree.nearest(ends[first], k, max_distance=farthest)
+        return found.distance[:, -1][of_ends.reshape(-1)].reshape(-1, 2)
 
     def radiance(
         self,
@@ -165,7 +171,9 @@ class BeamMap:
                 found = self.light_along(legs, radius, blur)
             else:
                 found = self._around(legs, radius, blur, keys[legs.rays], points)
-            light[legs.rays] += legs.throughput * found
+            arriving = legs.throughput * found
+            for channel in range(3):
+                light[:, channel] += np.bincount(legs.rays, arriving[:, channel], len(light))
         return light
 
     def light_along(self, legs: Legs, radius: float, blur: str) -> Float64Array:

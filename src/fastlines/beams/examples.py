@@ -21,15 +21,23 @@ from .scene import BeamScene
 def mirrored_cube() -> BeamScene:
     """Return the scene of the thesis, less the front wall: a light in a cube of mirrors that is filled with a medium.
 
-    The mirrors of the thesis are perfect; these reflect 80 %, so that the cube is not evenly bright.
+    The mirrors of the thesis are perfect. These reflect 80 %, so that the cube is not evenly bright, and less blue on
+    the left and red on the right.
     """
     corners = np.array(np.unravel_index(np.arange(8), (2, 2, 2))).T
-    left_right_bottom_top_back = [[0, 1, 3, 2], [4, 5, 7, 6], [0, 1, 5, 4], [2, 3, 7, 6], [0, 2, 6, 4]]
-    walls = [[side[:3], [side[0], *side[2:]]] for side in left_right_bottom_top_back]
+    mirrors = [
+        (Mirror((0.9, 0.45, 0.2)), [[0, 1, 3, 2]]),
+        (Mirror((0.2, 0.5, 0.9)), [[4, 5, 7, 6]]),
+        (Mirror(0.8), [[0, 1, 5, 4], [2, 3, 7, 6], [0, 2, 6, 4]]),
+    ]
+    halves = [0, 1, 2, 0, 2, 3]
     return BeamScene(
         HomogeneousMedium(thesis.EXTINCTION * (1 - thesis.ALBEDO), thesis.EXTINCTION * thesis.ALBEDO, thesis.G),
         [PointLight(thesis.LIGHT, power=1)],
-        [(Triangles.from_mesh(corners, np.reshape(walls, (-1, 3))), Mirror(0.8))],
+        [
+            (Triangles.from_mesh(corners, np.array(walls)[:, halves].reshape(-1, 3)), mirror)
+            for mirror, walls in mirrors
+        ],
         Camera(origin=(0.8, 0.75, 3.4), target=(0.5, 0.5, 0.6), fov_degrees=27),
     )
 

@@ -15,7 +15,7 @@ from ..errors import InputError
 from ..support.counter_random import Float64Array
 from ..support.immutable import frozen
 from .coefficients import check_box
-from .medium import Coefficients
+from .medium import Coefficients, Sources
 
 #: How many steps a path takes through a voxel, across the longest axis of a grid.
 STEPS_PER_VOXEL = 2
@@ -140,9 +140,7 @@ class GridMedium(Coefficients):
         """See `Medium`."""
         return np.exp(-self.columns(origins, directions, lengths)[:, -1:] * self.extinction)
 
-    def sources(
-        self, segments: FloatArray, decay: Float64Array
-    ) -> tuple[FloatArray, npt.NDArray[np.intp] | None, Float64Array, Float64Array | float]:
+    def sources(self, segments: FloatArray, decay: Float64Array) -> Sources:
         """See `Medium`; beams are cut into pieces of at most a voxel, each of which has the density of its middle."""
         start, way = segments[:, 0].astype(np.float64), np.diff(segments.astype(np.float64), axis=1)[:, 0]
         length = np.sqrt((way**2).sum(axis=1))
@@ -161,4 +159,4 @@ class GridMedium(Coefficients):
         total = np.cumsum(column)
         to_middle = total - column / 2 - (total - column)[first][beam]
         scattered = density[:, None] * self.scattering * np.exp(-to_middle[:, None] * decay)
-        return ends.astype(np.float32), beam, scattered, 0.0
+        return Sources(ends.astype(np.float32), beam, scattered, np.zeros(3))

@@ -18,7 +18,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from ..arrays import FloatArray, number
+from ..arrays import FloatArray, IntArray, number
 from ..camera import Vector
 from ..errors import InputError
 from ..support.counter_random import Float64Array, UInt64Array, uniform
@@ -44,6 +44,27 @@ class Flights(NamedTuple):
     collides: BoolArray
     weight: Float64Array
     reach: Float64Array
+
+
+class Sources(NamedTuple):
+    """The light that beams scatter.
+
+    Attributes
+    ----------
+    segments : (m, 2, 3) float32
+        The beams, or pieces of them.
+    beam : (m,) int or None
+        The beam that each is a piece of; None if no beam is cut.
+    scattered : (m, 3) or (3,) float64
+        σ_s there; of a piece, times what is left of the power at its middle.
+    decay : (3,) float64
+        The extinction that is left to apply along each.
+    """
+
+    segments: FloatArray
+    beam: IntArray | None
+    scattered: Float64Array
+    decay: Float64Array
 
 
 class Medium(Protocol):
@@ -86,28 +107,8 @@ class Medium(Protocol):
     def transmittance(self, origins: Float64Array, directions: Float64Array, lengths: Float64Array) -> Float64Array:
         """Return the transmittance along paths, (n, 3)."""
 
-    def sources(
-        self, segments: FloatArray, decay: Float64Array
-    ) -> tuple[FloatArray, npt.NDArray[np.intp] | None, Float64Array, Float64Array | float]:
-        """Return the light that beams scatter per power.
-
-        Parameters
-        ----------
-        segments : (n, 2, 3) float32
-        decay : (3,) float64
-            The extinction along them.
-
-        Returns
-        -------
-        segments : (m, 2, 3) float32
-            The beams, cut where that is needed.
-        beam : (m,) int or None
-            The beam that each is a piece of; None if they are the beams themselves.
-        scattered : (m, 3) or (3,) float64
-            σ_s at the piece, and what has become of the power at its middle.
-        decay : (3,) float64 or 0.0
-            The extinction that is left to apply along each piece.
-        """
+    def sources(self, segments: FloatArray, decay: Float64Array) -> Sources:
+        """Return the light that beams, (n, 2, 3) float32, scatter, from the extinction along them, (3,)."""
 
 
 def fly(
@@ -215,8 +216,6 @@ class HomogeneousMedium(Coefficients):
         """See `Medium`."""
         return np.exp(-lengths[:, None] * self.extinction)
 
-    def sources(
-        self, segments: FloatArray, decay: Float64Array
-    ) -> tuple[FloatArray, npt.NDArray[np.intp] | None, Float64Array, Float64Array | float]:
+    def sources(self, segments: FloatArray, decay: Float64Array) -> Sources:
         """See `Medium`; no beam is cut."""
-        return segments, None, np.asarray(self.scattering), decay
+        return Sources(segments, None, np.asarray(self.scattering), decay)

@@ -109,9 +109,10 @@ def run_caustic(size: CausticSize, progress: Callable[[str, float], None]) -> Fi
         mean = float((one[fog].mean() + other[fog].mean()) / 2)
 
         def error(picture: Float64Array) -> float:
-            # The mean product of the differences from both halves is the square of the error, without their noise.
-            square = float(((picture - one) * (picture - other))[fog].mean())
-            return math.sqrt(max(0.0, square)) / mean
+            # Products of the differences from both halves have the mean of squared errors, without the halves' noise.
+            squares = ((picture - one) * (picture - other))[fog].mean(axis=1)
+            resolved = float(squares.std()) / math.sqrt(len(squares))  # the standard error of the mean
+            return math.sqrt(max(resolved, float(squares.mean()))) / mean
 
         sides: dict[str, Any] = {
             OURS: Beams(scene, size.paths, size.radius),
@@ -121,7 +122,8 @@ def run_caustic(size: CausticSize, progress: Callable[[str, float], None]) -> Fi
     pictures = {name: side.picture() for name, side in sides.items()} | {REFERENCE: (one + other) / 2}
     for picture in pictures.values():
         picture[~fog] = 0.0
-    return _figures(size, curves, pictures, mean, f"{mitsuba.version}, {size.variant}", 2 * n * samples)
+    version = f"{mitsuba.version}, {size.variant}"
+    return _figures(size, curves, pictures, mean, version, 2 * n * samples)
 
 
 def _samples_a_second(mitsuba: VolpathScene, now: Callable[[], float]) -> int:
@@ -162,7 +164,7 @@ def _time_of(curve: list[tuple[float, float]], error: float) -> float | None:
     before: tuple[float, float] | None = None
     for seconds, its_error in curve:
         if its_error <= error:
-            if before is None or its_error <= 0:
+            if before is None:
                 return seconds
             share = math.log(before[1] / error) / math.log(before[1] / its_error)
             return before[0] * math.pow(seconds / before[0], share)
@@ -187,7 +189,8 @@ def _figures(
     notes = [
         f"{size.size}² pixels, {size.n_threads} thread(s); {size.paths:,} photons a pass, the first radius "
         f"{size.radius:g}. Mitsuba {version}; the reference has {n_samples:,} samples a pixel. Errors are root mean "
-        "squares over the pixels beside the sphere, by the mean radiance, less the noise of the reference.",
+        "squares over the pixels beside the sphere, by the mean radiance, less the noise of the reference. No error is "
+        "shown as less than what the reference resolves.",
         f"volpath's error after {last_s:.1f} s is {last_error:.4f}, which fastlines {reaches}. Our mean radiance is "
         f"{ours_mean / mean:.4f} of the reference's.",
     ]

@@ -64,13 +64,18 @@ class GatherSize:
 
 @dataclass(frozen=True)
 class Side:
-    """A way to gather: what it is, the seconds and the bytes of what it builds, its function, and the rays it gets."""
+    """A way to gather: what it is, the seconds and the memory of what it builds, its function, and the rays it gets."""
 
     what: str
     build_s: float
     megabytes: float | None
     gather: Callable[[RayBatch], Any]
     rays: RayBatch
+
+    @property
+    def columns(self) -> tuple[str, float, float | None, int]:
+        """The columns of a table that say what it is."""
+        return self.what, self.build_s, self.megabytes, len(self.rays)
 
 
 def run_gather(size: GatherSize, progress: Callable[[str, float], None]) -> Figures:
@@ -91,40 +96,13 @@ def run_gather(size: GatherSize, progress: Callable[[str, float], None]) -> Figu
             whole, seconds, differ = _turns(ours, peers, size, say)
         say("memory", 0.95)
         peaks = [peak_bytes(way, n, size.size, size.memory_rays, radius, size.method) for way in ("gather", "lists")]
-        median = statistics.median(whole)
-        rows.append(
-            (
-                n,
-                f"{radius:g}",
-                "ours",
-                ours.what,
-                ours.build_s,
-                ours.megabytes,
-                len(ours.rays),
-                median,
-                None,
-                None,
-                None,
-            )
-        )
+        rows.append((n, f"{radius:g}", "ours", *ours.columns, statistics.median(whole), None, None, None))
         scene, ratios = f"{n:,} beams", {}
         for name, side in peers.items():
             theirs, mine = seconds[name]
             ratios[name] = median_ratio(theirs, mine)
             times = statistics.median(theirs), statistics.median(mine), ratios[name]
-            rows.append(
-                (
-                    n,
-                    f"{radius:g}",
-                    name,
-                    side.what,
-                    side.build_s,
-                    side.megabytes,
-                    len(side.rays),
-                    *times,
-                    f"{differ[name]:.1e}",
-                )
-            )
+            rows.append((n, f"{radius:g}", name, *side.columns, *times, f"{differ[name]:.1e}"))
             checks.append(Check(f"difference of {name} from ours", differ[name], MOST_DIFFERENT, scene=scene))
         if size.floors:
             checks.append(Check("time of lists and NumPy by ours", ratios[LISTS], least=FASTER_THAN_LISTS, scene=scene))

@@ -11,7 +11,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-#: The parts of lists, when all hits are listed at once.
+#: The bytes of a part of a list that holds all hits.
 AT_ONCE = 1 << 36
 
 

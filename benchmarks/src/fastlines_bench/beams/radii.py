@@ -33,14 +33,12 @@ def run_radii(
         tree, tree_s = build_tree(cube, method, n_threads)
         scenes = Scenes(cube.lines, largest, (0, 0, 0), n_threads)
         kept_s = scenes.build_seconds(kept.build)
-        scene = scenes.get(kept.build)
         rows, worst = [], 0.0
         for i, radius in enumerate(radii):
             progress(f"radius {radius:g}", (i + 1) / (len(radii) + 1))
             given = cube.gathering(radius)
             mine, ours_s = timed(partial(given.ours, tree, cube.rays, cube.powers), now)()
             theirs = gather_embree(cube, radius, rebuilt, n_threads)
-            scene.radius = radius
             other, other_s = timed(partial(scenes.gather, kept, given, cube.rays, cube.powers), now)()
             worst = max(worst, difference(mine, theirs.sums), difference(mine, other))
             rows.append((f"{radius:g}", ours_s, theirs.build_s, theirs.gather_s, other_s))

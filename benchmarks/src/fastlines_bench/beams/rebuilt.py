@@ -12,7 +12,7 @@ import numpy as np
 import fastlines as fl
 
 from ..harness.clock import clock, timed
-from ..peers.embree import Config, Scenes
+from ..peers.embree import QUALITIES, Config, Scenes
 from .cube import Cube
 from .tuned import TRIED, fastest, tune_embree
 
@@ -76,7 +76,7 @@ def best_method(cube: Cube, radius: float, methods: Sequence[str], n_threads: in
 
 def best_config(cube: Cube, radius: float, n_threads: int) -> Config:
     """Return the configuration of Embree that is built, and gathers all rays, soonest."""
-    tried = tune_embree(cube, cube.gathering(radius), n_threads, ("low", "medium"))
+    tried = tune_embree(cube, cube.gathering(radius), n_threads, QUALITIES[:2])  # high is for spatial splits
     found: Config = fastest(tried, with_build=True).choice
     return found
 

@@ -10,6 +10,8 @@ from typing import Any
 from ..harness import machine
 from ..harness.figures import Figures
 from ..harness.preset import Preset, sized
+from ..peers import embree, mitsuba
+from ..peers.beam_loops import load_loops
 
 #: The parts, in the order in which they run.
 PARTS = ("point-light", "gather", "passes", "radii", "caustic")
@@ -59,8 +61,8 @@ class BeamsPreset(Preset):
     methods: tuple[str, ...] = sized(("best", "bvh-cl"), ("bvh-cl",))
     size: int = sized(512, 64)
     beams: tuple[int, ...] = sized((36_294, 1_000_000), (5_000,))
-    peer_rays: int = sized(1 << 16, 1 << 12)
-    listed_rays: int = sized(1 << 15, 1 << 11)
+    peer_rays: int = sized(1 << 15, 1 << 12)
+    listed_rays: int = sized(1 << 14, 1 << 11)
     brute_rays: int = sized(1 << 10, 1 << 8)
     memory_rays: int = sized(1 << 14, 1 << 12)
     point_beams: int = sized(4_000_000, 40_000)
@@ -73,7 +75,7 @@ class BeamsPreset(Preset):
     radii_beams: int = sized(100_000, 5_000)
     radii: tuple[float, ...] = sized((0.0005, 0.001, 0.002, 0.003, 0.004, 0.005), (0.001, 0.005))
     caustic_size: int = sized(128, 32)
-    caustic_paths: int = sized(100_000, 5_000)
+    caustic_paths: int = sized(50_000, 5_000)
     caustic_radius: float = 0.02
     caustic_s: float = sized(40.0, 2.0)
     reference_s: float = sized(160.0, 4.0)
@@ -105,7 +107,14 @@ def run_beams(
     progress: Callable[[str, float], None] = lambda what, share: None,
     found: Callable[[Figures], None] = lambda figures: None,
 ) -> BeamsResult:
-    """Measure the parts of a preset; `found` is called with each as soon as it is done."""
+    """Measure the parts of a preset; `found` is called with each as soon as it is done.
+
+    Raises
+    ------
+    FastlinesError
+        If a peer of one of the parts is missing.
+    """
+    _load_peers(preset)
     from .caustic import CausticSize, run_caustic
     from .gather import GatherSize, run_gather
     from .passes import run_passes
@@ -158,3 +167,13 @@ def run_beams(
         parts.append(calls[name]())
         found(parts[-1])
     return BeamsResult(machine.describe(threads=n_threads), preset, parts, time.perf_counter() - start)
+
+
+def _load_peers(preset: BeamsPreset) -> None:
+    """Raise an error before the work if a peer cannot be used."""
+    if set(preset.parts) & {"gather", "passes", "radii"}:
+        embree.load(preset.n_threads)
+    if "gather" in preset.parts:
+        load_loops()
+    if "caustic" in preset.parts:
+        mitsuba.load(preset.variant, preset.n_threads)

@@ -53,7 +53,9 @@ def beams(
     size: Annotated[
         int | None, typer.Option("--size", help="The width and height in pixels; 512 by default.", min=8)
     ] = None,
-    method: Annotated[str | None, typer.Option("--method", help="How our tree is built; best by default.")] = None,
+    method: Annotated[
+        str | None, typer.Option("--method", help="How our tree is built; best by default.", show_default=False)
+    ] = None,
     passes: Annotated[
         int | None, typer.Option("--passes", help="The progressive passes; 30 by default.", min=1)
     ] = None,
@@ -96,6 +98,7 @@ def beams(
         beams=None if sizes is None else check_counts("--beams", sizes, MAX_SEGMENTS, "36294,1000000"),
         size=size,
         method=method,
+        methods=None if method is None else (method,),
         passes=passes,
         caustic_s=seconds,
         reference_s=None if seconds is None else 4 * seconds,

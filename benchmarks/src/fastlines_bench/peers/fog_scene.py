@@ -17,8 +17,7 @@ Vector = tuple[float, float, float]
 class FogScene:
     """A cube of fog around the coordinate origin with a glass sphere in it, lit from above through its upper side.
 
-    The light is not near the fog: there, Mitsuba's volpath loses a part of the light, up to an eighth of what is
-    scattered twice by a light of this size at a distance of 0.001 to 0.05. At 0.5 it agrees with quadrature.
+    The light is not next to the fog: there, what Mitsuba 3.9 scatters twice is darker than a direct integration.
 
     Attributes
     ----------
