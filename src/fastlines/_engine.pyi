@@ -68,6 +68,29 @@ def first_hit(
     NDArray[numpy.float32],
     NDArray[numpy.float32] | None,
 ]: ...
+def first_crossing(
+    layout: fastlines._core.LayoutView,
+    rays: tuple[
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32],
+        NDArray[numpy.float32] | None,
+    ],
+    owner: NDArray[numpy.int64],
+    at: str,
+    kernel: int,
+    n_threads: int,
+    progress: object | None,
+) -> tuple[
+    NDArray[numpy.float32],
+    NDArray[numpy.int64],
+    NDArray[numpy.float32],
+    NDArray[numpy.float32],
+    NDArray[numpy.float32] | None,
+]: ...
 def any_hit(
     layout: fastlines._core.LayoutView,
     rays: tuple[
@@ -273,6 +296,13 @@ def ray_routes(
     n_threads: int,
     progress: object | None,
 ) -> fastlines._core.RayRoutes: ...
+def on_curves(
+    piece: NDArray[numpy.int64],
+    s: NDArray[numpy.float32],
+    curve: NDArray[numpy.int64],
+    begin: NDArray[numpy.float32],
+    end: NDArray[numpy.float32],
+) -> tuple[NDArray[numpy.int64], NDArray[numpy.float32]]: ...
 def hit_points(
     axes: tuple[
         NDArray[numpy.float32],

@@ -82,6 +82,12 @@ class Query:
             columns = self.backend.first_hit(self.rays, where, callback)
         return FirstHits.from_columns(columns, self.rays, self.geometry)
 
+    def first_surface(self) -> FirstHits:
+        """Find the nearest surface of each ray, without the extent of the hit."""
+        if not isinstance(self.rays, RayBatch):
+            return self.first_hit("surface")
+        return replace(self, rays=replace(self.rays, needs_extent=False)).first_hit("surface")
+
     def any_hit(self, at: str = "closest") -> npt.NDArray[np.bool_]:
         """Find out for each ray whether it hits anything."""
         where = self.checked_at(at)

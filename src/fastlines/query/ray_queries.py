@@ -90,6 +90,31 @@ class RayQueries(HitRunQueries):
         return self._query(kernel, RayArguments(origins, directions, radius, **options)).first_hit(at)
 
     @shows_ray_options
+    def first_surface(
+        self,
+        origins: npt.ArrayLike,
+        directions: npt.ArrayLike,
+        radius: npt.ArrayLike | None = None,
+        *,
+        kernel: str = "auto",
+        **options: Unpack[RayOptions],
+    ) -> FirstHits:
+        """Find the nearest surface of each ray, for pictures; `first_hit` explains the parameters.
+
+        It is ``first_hit(…, at="surface")`` for those who need neither ``distance`` nor ``t_out``. Of a curve, these
+        are here those of the piece that the ray hits first, and not of the whole crossing, which takes as long again.
+
+        Examples
+        --------
+        >>> import fastlines as fl
+        >>> arch = fl.Curves.from_bezier([[[0, 0, 0], [0, 0, 4], [3, 0, 4], [3, 0, 0]]], radius=0.05)
+        >>> hits = fl.build(arch).first_surface([-5, 0, 1], [1, 0, 0])
+        >>> print(hits.t.round(2), hits.prim, hits.u.round(2))
+        5.16 0 0.09
+        """
+        return self._query(kernel, RayArguments(origins, directions, radius, **options)).first_surface()
+
+    @shows_ray_options
     def all_hits(
         self,
         origins: npt.ArrayLike,

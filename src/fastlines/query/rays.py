@@ -65,6 +65,8 @@ class RayBatch:
     limit: FloatArray = field(default_factory=lambda: NO_LIMIT)
     #: Whether the reach of any ray grows along it. It decides what tests the rays, so some of them keep that of all.
     has_spread: bool = False
+    #: Whether first hits at a surface need `distance` and ``t_out``; else these may be those of a piece of a curve.
+    needs_extent: bool = True
 
     def __len__(self) -> int:
         return len(self.origins)
@@ -87,7 +89,7 @@ class RayBatch:
         arrays = self.origins[rows], self.directions[rows], radius, t_min, t_max, spread
         ignored = tuple(each.some(rows) for each in self.ignored)
         made = RayBatch(rows.shape, *arrays, none, ignored=ignored, parts=self.parts, limit=limit)
-        return replace(made, has_spread=self.has_spread)
+        return replace(made, has_spread=self.has_spread, needs_extent=self.needs_extent)
 
     def part(self, begin: int, end: int) -> RayBatch:
         """Return a batch of consecutive rays, whose arrays are views."""
@@ -97,7 +99,8 @@ class RayBatch:
         skipped = self.skipped[(self.skipped >= begin) & (self.skipped < end)] - begin
         ignored = tuple(each.some(slice(begin, end)) for each in self.ignored)
         made = RayBatch((end - begin,), *arrays, skipped, limit=limit)
-        return replace(made, digest=made._checksum(), ignored=ignored, parts=self.parts, has_spread=self.has_spread)
+        seen = replace(made, ignored=ignored, parts=self.parts, digest=made._checksum())
+        return replace(seen, has_spread=self.has_spread, needs_extent=self.needs_extent)
 
     def _checksum(self) -> int:
         return engine.check_rays(self.arrays(), 0.0, 0.0, get_num_threads())[1]

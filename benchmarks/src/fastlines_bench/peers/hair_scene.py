@@ -23,6 +23,9 @@ SHAPES = {
 
 #: The longest side of the scene.
 SIDE = 100.0
+#: How far the pieces of our curves are off at most, as a fraction of the radius: positions that differ by ten times as
+#: much count as the same.
+TOLERANCE = 0.01
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,4 +100,4 @@ def geometry_of(lines: Lines, radius: float, shape: str, path: Path) -> Lines | 
         return lines
     curves = fl.read(path, basis="bspline")
     assert isinstance(curves, Curves)
-    return curves
+    return replace(curves, tolerance=TOLERANCE * radius)

@@ -32,6 +32,8 @@ class CurveBackend(Backend):
     def first_hit(self, rays: RayBatch, at: At, progress: ProgressCallback | None) -> HitColumns:
         """See `Backend`."""
         core = self.pieces.backend
+        if at == "surface" and not rays.needs_extent:
+            return self.pieces.named(core.first_hit(rays, at, progress))
         if at != "closest" and isinstance(core, CompiledBackend) and core.joins_pieces:
             return self.pieces.named(core.first_crossing(rays, self.pieces.geometry.owner, at, progress))
         if at == "entry":

@@ -29,7 +29,7 @@ NEAR = 4 * LEAST
 
 def next_vertices(context: ShadingContext, rays: LeavingRays) -> tuple[IntArray, PathVertices]:
     """Follow rays, and return which of them hit something, (m,) int64 in no order, and where."""
-    first = context.tree.first_hit(rays.points, rays.directions, context.radius, t_min=rays.start, at="surface")
+    first = context.tree.first_surface(rays.points, rays.directions, context.radius, t_min=rays.start)
     enters = first.t > rays.start
     plain, inside = np.flatnonzero(first.hit & enters), np.flatnonzero(first.hit & ~enters)
     found = [(plain, hit_vertices(first, plain, context))]

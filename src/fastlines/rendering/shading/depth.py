@@ -101,8 +101,8 @@ class View:
 
     def depth(self, radius: float, rows: slice, at: tuple[float, float] = (0.5, 0.5)) -> FloatArray:
         """Return the distance at which each of these rays hits, at the surface if there is one; inf for a miss."""
-        thick = not self.tree.geometry.needs_radius
-        return self.tree.first_hit(*self.rays(rows, at), radius, at="surface" if thick else "closest").t
+        find = self.tree.first_hit if self.tree.geometry.needs_radius else self.tree.first_surface
+        return find(*self.rays(rows, at), radius).t
 
 
 def bands(width: int, height: int, max_rays: int = MAX_BATCH) -> Iterator[slice]:

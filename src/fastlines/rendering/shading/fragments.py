@@ -124,7 +124,7 @@ class Surfaces:
 
     def find(self, origins: FloatArray, directions: FloatArray, offsets: FloatArray | float) -> Fragments:
         """Return where rays with unit directions enter surfaces: one fragment for each ray that hits."""
-        hits = self.tree.first_hit(origins, directions, self.radius, at="surface")
+        hits = self.tree.first_surface(origins, directions, self.radius)
         ray = np.flatnonzero(hits.hit)
         frames = hits.frames(lift=self._lift)
         ones, opacity = np.ones(len(ray), np.float32), hits.hit.astype(np.float32)

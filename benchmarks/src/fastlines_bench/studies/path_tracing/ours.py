@@ -25,7 +25,7 @@ from ...harness.internals import (
 )
 from ...peers.hair_scene import HairScene
 
-QUERIES = ("first_hit", "any_hit")
+QUERIES = ("first_surface", "first_hit", "any_hit")
 
 
 class TimedTree:

@@ -174,10 +174,10 @@ def _time_rays(ours: OurScene, theirs: Any, preset: PathsPreset) -> list[RaysCel
     ours.render(min(RECORDED, preset.samples), 7)
     tree.records = False
     cells = []
-    for recorded, kind in (("camera first_hit", "camera"), ("first_hit", "bounce"), ("any_hit", "shadow")):
+    for recorded, kind in (("camera first_surface", "camera"), ("first_surface", "bounce"), ("any_hit", "shadow")):
         origins, directions = (np.concatenate(each) for each in zip(*tree.recorded[recorded], strict=True))
         # Mitsuba's curves cannot be hit from inside.
-        outside = tree.first_hit(origins, directions, radius, at="surface").t > 0
+        outside = tree.first_surface(origins, directions, radius).t > 0
         origins, directions = origins[outside], directions[outside]
         rays = origins, directions
         if kind == "shadow":
@@ -192,7 +192,7 @@ def _time_rays(ours: OurScene, theirs: Any, preset: PathsPreset) -> list[RaysCel
 
 def _first_t(tree: Any, origins: FloatArray, directions: FloatArray, radius: float) -> FloatArray:
     """Return t of the first hits of surfaces."""
-    return np.asarray(tree.first_hit(origins, directions, radius, at="surface").t)
+    return np.asarray(tree.first_surface(origins, directions, radius).t)
 
 
 def _blocks(picture: FloatArray) -> FloatArray:
