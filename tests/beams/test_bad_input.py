@@ -61,6 +61,14 @@ SCENE = BeamScene(FOG, [LIGHT], box=BOX)
         (lambda: BeamScene(FOG, [LIGHT]), "nothing says where the medium is"),
         (lambda: BeamScene(FOG, [LIGHT], box=[[1, 1, 1], [0, 0, 0]]), "its lowest and highest corner"),
         (lambda: BeamScene(FOG, [LIGHT], [Mirror()], box=BOX), "surface 0 is a Mirror; expected a pair"),
+        (
+            lambda: BeamScene(FOG, [LIGHT], [(fl.Triangles(np.zeros((0, 3, 3))), Mirror())], box=BOX),
+            "surface 0 has no primitives",
+        ),
+        (
+            lambda: BeamScene(GridMedium(np.ones((2, 2, 2)), BOX, 0, 1), [LIGHT], box=[[2, 2, 2], [3, 3, 3]]),
+            "the common part of box and of that of the medium",
+        ),
         (lambda: BeamScene(FOG, [LIGHT], camera=1, box=BOX), "camera is an int"),
         (lambda: example("glas-sphere"), "there is no scene .glas-sphere.; did you mean .glass-sphere."),
         (lambda: trace_photons(SCENE, 0), "n_paths=0"),

@@ -35,7 +35,8 @@ class BeamScene:
     camera : Camera, optional
         Pictures need one, or rays instead.
     box : (2, 3) array, optional
-        The lowest and the highest corner of the medium; by default those of its grid, or else of the surfaces.
+        The lowest and the highest corner of the medium; by default those of its grid, or else of the surfaces. A medium
+        on a grid is in the part that is in both.
 
     Raises
     ------
@@ -74,10 +75,15 @@ class BeamScene:
             raise InputError(f"camera is {kind_of(camera)}; expected fl.Camera")
         if isinstance(surfaces, Sequence):
             surfaces = TracedSurfaces(surfaces) if surfaces else NoSurfaces()
-        known = getattr(medium, "box", surfaces.bounds) if box is None else box
+        of_medium: Float64Array | None = getattr(medium, "box", None)
+        known = next((one for one in (box, of_medium, surfaces.bounds) if one is not None), None)
         if known is None:
             raise InputError("nothing says where the medium is; give box=[[x, y, z], [x, y, z]], its corners")
-        parts = medium, several, surfaces, camera, check_box("box", known)
+        corners = check_box("box", known)
+        if of_medium is not None:
+            common = [np.maximum(corners[0], of_medium[0]), np.minimum(corners[1], of_medium[1])]
+            corners = check_box("the common part of box and of that of the medium", common)
+        parts = medium, several, surfaces, camera, corners
         for name, value in zip(("medium", "lights", "surfaces", "camera", "box"), parts, strict=True):
             object.__setattr__(self, name, value)
 

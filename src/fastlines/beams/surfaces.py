@@ -176,6 +176,8 @@ class TracedSurfaces:
                     "(fl.Spheres.from_centres([[0, 0, 0]], radius=1), fl.beams.Glass())"
                 )
         self.geometry = Geometry([geometry for geometry, _ in surfaces])
+        if empty := [i for i, part in enumerate(self.geometry.parts) if not len(part)]:
+            raise InputError(f"surface {empty[0]} has no primitives; leave it out")
         self.materials = tuple(material for _, material in surfaces)
         self.tree = build(self.geometry)
         points, radii = (values.astype(np.float64) for values in self.geometry.span())

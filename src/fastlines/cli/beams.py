@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -126,8 +127,6 @@ def _add_passes(made: Passes, n_passes: int, show: Callable[[], object] | None) 
 
     `show` writes the picture so far. It is called every few seconds.
     """
-    import time
-
     from ..rendering import report_if_long
 
     is_reported, shown = False, -WRITE_SECONDS
