@@ -222,6 +222,8 @@ def test_what_the_gpu_does_not_do(device: EmulatedDevice) -> None:
         tree.first_hit([0, 0, -5], [0, 0, 1], spread=0.1, at="surface")
     with pytest.raises(fl.InputError, match="kernel='wave' is one of the CPU's"):
         tree.first_hit(*RAYS, kernel="wave")
+    with pytest.raises(fl.InputError, match=r"this tree is on a GPU; query tree\.to\('cpu'\)"):
+        tree.gather(*RAYS)
     triangles = fl.build(fl.Triangles([[[0, 0, 0], [1, 0, 0], [0, 1, 0]]]))
     with pytest.raises(fl.InputError, match="a spread is for lines, and this tree is over Triangles"):
         triangles.to("cuda").first_hit(*RAYS, spread=0.1)

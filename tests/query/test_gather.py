@@ -126,7 +126,7 @@ def test_kernels_threads_and_instruction_sets_sum_to_the_same_bits() -> None:
 @pytest.mark.parametrize("kind", ALL_KINDS)
 def test_every_kind_is_the_same_as_brute_force(kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(run_lists, "COUNTED_RAYS", 7)
-    monkeypatch.setattr(gather, "LIST_BYTES", 1 << 20)
+    monkeypatch.setattr(gather, "LIST_BYTES", 1 << 12)
     made = ALL_KINDS[kind](SEGMENTS)
     tree = build(made)
     values = RNG.random(len(tree.geometry))

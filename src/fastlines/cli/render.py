@@ -47,7 +47,10 @@ def render(
     ],
     look: Annotated[
         str | None,
-        Option(metavar="NAME", help="hair, fibre, tube, depth, id, normal, tangent, hits or work; chosen by default."),
+        Option(
+            metavar="NAME",
+            help="hair, fibre, tube, depth, id, normal, tangent, hits, density or work; chosen by default.",
+        ),
     ] = None,
     radius: PictureRadius = None,
     own_radius: OwnRadius = True,
@@ -87,7 +90,9 @@ def render(
     ] = None,
     legend: Annotated[
         bool | None,
-        Option("--legend/--no-legend", help="Draw what colours mean; by default for attributes, hits and work."),
+        Option(
+            "--legend/--no-legend", help="Draw what colours mean; by default for attributes, hits, density and work."
+        ),
     ] = None,
     legend_title: Annotated[
         str | None, Option(metavar="TEXT", help="The title of the legend, such as 'speed in m/s'.")

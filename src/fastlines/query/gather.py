@@ -102,19 +102,8 @@ class GatherRule:
         depths = None if given.optical_depth is None else _depths(given.optical_depth, rays)
         if depths is not None and sigma.any():
             raise InputError("optical_depth= stands for sigma= along the rays; pass one of them")
-        widths = {
-            "values": 0 if values is None or values.ndim == 1 else values.shape[1],
-            "sigma": sigma.size * sigma.ndim,
-            "line_sigma": line_sigma.size * line_sigma.ndim,
-            "optical_depth": 0 if depths is None or depths.ndim == 2 else depths.shape[2],
-        }
-        given_widths = {name: width for name, width in widths.items() if width}
-        if len(set(given_widths.values())) > 1:
-            several = ", ".join(f"{name} has {width}" for name, width in given_widths.items())
-            raise InputError(f"{several} channels; expected the same number in each, or one number for all channels")
-        n_channels = max([1, *given_widths.values()])
-        if n_channels > MAX_CHANNELS:
-            raise InputError(f"{n_channels} channels are more than one call sums, {MAX_CHANNELS}; use several calls")
+        channels = _channels({"values": values, "sigma": sigma, "line_sigma": line_sigma, "optical_depth": depths})
+        n_channels = channels or 1
         _check_lines(given, blur, geometry)
         if blur != "none":
             _require_width(geometry, rays)
@@ -124,7 +113,7 @@ class GatherRule:
         return cls(
             blur,
             n_channels,
-            bool(given_widths),
+            channels is not None,
             np.broadcast_to(sigma, n_channels),
             np.broadcast_to(line_sigma, n_channels),
             None if given.phase is None else _phase(given.phase),
@@ -161,7 +150,8 @@ def gather_lists(
     sums = np.zeros((len(rays), rule.n_channels))
     squares = np.zeros((len(rays), rule.n_channels)) if rule.squares else None
     count = np.zeros(len(rays), np.int64)
-    for begin, part, (offsets, columns) in list_runs(backend, rays, "closest", BYTES_A_HIT, LIST_BYTES, progress):
+    runs = list_runs(backend, rays, "closest", BYTES_A_HIT, LIST_BYTES, progress, least_rays=1)
+    for begin, part, (offsets, columns) in runs:
         t, prim, u, distance, _ = columns
         here = slice(begin, begin + len(part))
         found = engine.gather_lists(
@@ -177,6 +167,19 @@ def gather_lists(
         if squares is not None:
             squares[here] = found[1]
     return sums, squares, count
+
+
+def _channels(given: dict[str, FloatArray | None]) -> int | None:
+    """Return how many channels the values, extinctions and depths have; None if all have one number for all."""
+    scalar = {"values": 1, "sigma": 0, "line_sigma": 0, "optical_depth": 2}  # the dimensions without channels
+    widths = {name: a.shape[-1] for name, a in given.items() if a is not None and a.ndim > scalar[name]}
+    if len(set(widths.values())) > 1:
+        several = ", ".join(f"{name} has {width}" for name, width in widths.items())
+        raise InputError(f"{several} channels; expected the same number in each, or one number for all channels")
+    n_channels = max(widths.values(), default=None)
+    if n_channels is not None and n_channels > MAX_CHANNELS:
+        raise InputError(f"{n_channels} channels are more than one call sums, {MAX_CHANNELS}; use several calls")
+    return n_channels
 
 
 def _values(given: npt.ArrayLike, n_prims: int) -> FloatArray:
