@@ -22,6 +22,7 @@ FACES = (
     ".beams",
     ".cli",
     ".io",
+    ".mitsuba",
     ".rendering",
     ".rendering.hair",
     ".rendering.looks",

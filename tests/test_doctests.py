@@ -28,6 +28,8 @@ PAGES = {
 
 @pytest.mark.parametrize("name", ["fastlines", *MODULES])
 def test_docstrings(name: str) -> None:
+    if name.startswith("fastlines.mitsuba"):
+        pytest.importorskip("mitsuba")
     failed, _ = doctest.testmod(importlib.import_module(name))
     assert failed == 0
 
