@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import importlib
+import sys
 from typing import Any
 
 import numpy as np
@@ -77,6 +79,15 @@ def test_a_grid_keeps_its_voxels() -> None:
     assert np.array(medium.scattering) / medium.extinction == pytest.approx([0.25] * 3, rel=1e-5)
     assert medium.box.tolist() == [[-1, -1, -1], [1, 1, 1]]
     assert medium.g == 0
+
+
+def test_a_grid_smaller_than_its_shape_ends_where_it_ends() -> None:
+    grid = mi.VolumeGrid(np.ones((4, 4, 4), np.float32))
+    place = mi.ScalarTransform4f().translate([-0.5, -0.5, -0.5])
+    smoke = {"type": "heterogeneous", "sigma_t": {"type": "gridvolume", "grid": grid, "to_world": place}}
+    medium, _ = medium_of(load(fog=smoke))
+    assert isinstance(medium, fl.beams.GridMedium)
+    assert medium.density.sum() == medium.density[1:3, 1:3, 1:3].sum() == 8
 
 
 def test_a_colour_that_varies_is_refused() -> None:
@@ -179,7 +190,7 @@ SCENES = {
 @pytest.mark.parametrize(("name", "single"), [("fog", True), ("fog", False), ("diffuse", False), ("glass", False)])
 def test_pictures_are_those_of_volpath(name: str, single: bool) -> None:
     """The mean of a picture agrees within 3 standard errors, and half a percent for the blur."""
-    ours = {"type": NAME, "paths": 10_000, "passes": 1, "radius": 0.03, "max_depth": -1}
+    ours = {"type": NAME, "paths": 10_000, "passes": 1, "radius": 0.03, "adapt": single, "max_depth": -1}
     theirs = {"type": "volpath", "max_depth": -1}
     if single:
         ours["max_scatterings"], theirs["max_depth"] = 0, 2
@@ -217,6 +228,34 @@ def test_a_scene_file_names_the_integrator() -> None:
     assert np.array_equal(first, again)
     assert not np.array_equal(first, other)
     assert scene.sensors()[0].sampler().sample_count() == 3
+
+
+def test_rays_in_parts_make_the_same_pass(monkeypatch: pytest.MonkeyPatch) -> None:
+    """More calls of Mitsuba take other samples of the same beams, so their mean is nearly the same."""
+    scene = load(sensor=sensor(16), integrator={"type": NAME, "paths": 3000, "passes": 1, "radius": 0.05})
+    whole = np.array(mi.render(scene))
+    monkeypatch.setattr("fastlines.mitsuba.integrator.RAYS", 5 * 64)
+    parts = np.array(mi.render(scene))
+    assert not np.array_equal(whole, parts)
+    assert parts.mean() == pytest.approx(whole.mean(), rel=0.02)
+
+
+def test_a_missing_mitsuba_names_the_extra(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "mitsuba", None)
+    monkeypatch.delitem(sys.modules, "fastlines.mitsuba.packages")
+    with pytest.raises(fl.MissingExtraError, match=r"fastlines.mitsuba needs the extra 'mitsuba': run  pip install"):
+        importlib.import_module("fastlines.mitsuba.packages")
+
+
+def test_max_depth_bounds_the_bounces_at_surfaces() -> None:
+    """The camera sees the fog through a boundary and a mirror; without bounces it sees the fog before the mirror."""
+    mirror = {"type": "rectangle", "bsdf": {"type": "conductor", "material": "none"}, "exterior": FOG, "interior": FOG}
+    means = [
+        np.mean(mi.render(load(sensor=sensor(4), mirror=mirror, integrator=options | {"max_depth": depth})))
+        for options in [{"type": NAME, "paths": 3000, "passes": 1, "radius": 0.05, "max_scatterings": 0}]
+        for depth in (0, 1, 2)
+    ]
+    assert means[1] == means[2] > 1.2 * means[0] > 0
 
 
 def test_hidden_emitters_are_looked_through() -> None:

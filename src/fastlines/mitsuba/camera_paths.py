@@ -35,11 +35,11 @@ class CameraPaths:
     light_along : callable
         The light that the medium scatters along legs of rays.
     max_depth : int
-        The most surfaces of a path that turn it.
+        The most bounces of a path at surfaces; those that let it pass straight on do not count.
     rr_depth : int
-        After how many of them Russian roulette begins.
+        After how many bounces Russian roulette begins.
     hide_emitters : bool
-        Whether the camera does not see emitters.
+        Whether the camera looks through emitters.
     """
 
     scene: Any
@@ -55,7 +55,7 @@ class CameraPaths:
         light, throughput, eta = dr.zeros(mi.Spectrum, n), dr.full(mi.Spectrum, 1, n), dr.full(mi.Float, 1, n)
         inside, active = dr.full(mi.Bool, in_medium, n), mi.Bool(active) & dr.full(mi.Bool, True, n)
         depth, met = dr.zeros(mi.UInt32, n), inside & active
-        turned = dr.zeros(mi.Interaction3f, n)
+        last_bounce = dr.zeros(mi.Interaction3f, n)
         # The density of the direction by which a path came; 0 stands for one that emitters cannot be sampled by.
         density = dr.zeros(mi.Float, n)
         ray = mi.Ray3f(ray)
@@ -71,15 +71,16 @@ class CameraPaths:
             # The camera looks through hidden emitters.
             hidden = seen & found.is_valid() & (depth == 0) & self.hide_emitters
             seen &= ~((depth == 0) & self.hide_emitters)
-            sampled = mi.DirectionSample3f(self.scene, found, turned)
-            other = dr.select(density > 0, self.scene.pdf_emitter_direction(turned, sampled, seen & (density > 0)), 0)
+            sampled = mi.DirectionSample3f(self.scene, found, last_bounce)
+            by_emitter = seen & (density > 0)
+            other = dr.select(by_emitter, self.scene.pdf_emitter_direction(last_bounce, sampled, by_emitter), 0)
             light[seen] += throughput * emitter.eval(found, seen) * _share(density, other)
             active &= found.is_valid()
             met |= active & ~hidden
 
-            # Add direct light, and turn.
+            # Add direct light, and scatter.
             bsdf, shows = found.bsdf(), active & ~hidden
-            smooth = shows & mi.has_flag(bsdf.flags(), mi.BSDFFlags.Smooth)
+            smooth = shows & (depth < self.max_depth) & mi.has_flag(bsdf.flags(), mi.BSDFFlags.Smooth)
             light[smooth] += throughput * self._direct(sampler, found, bsdf, inside, smooth)
             sample, value = bsdf.sample(mi.BSDFContext(), found, sampler.next_1d(shows), sampler.next_2d(shows), shows)
             shows &= sample.pdf > 0
@@ -88,18 +89,18 @@ class CameraPaths:
             eta[shows] *= sample.eta
             ray[active] = found.spawn_ray(dr.select(hidden, ray.d, found.to_world(sample.wo)))
             inside = _inside_after(found, ray.d, inside, active)
-            turns = shows & ~mi.has_flag(sample.sampled_type, mi.BSDFFlags.Null)
-            depth[turns] += 1
-            turned[turns] = found
-            density[turns] = dr.select(mi.has_flag(sample.sampled_type, mi.BSDFFlags.Delta), 0, sample.pdf)
+            bounces = shows & ~mi.has_flag(sample.sampled_type, mi.BSDFFlags.Null)
+            depth[bounces] += 1
+            last_bounce[bounces] = found
+            density[bounces] = dr.select(mi.has_flag(sample.sampled_type, mi.BSDFFlags.Delta), 0, sample.pdf)
 
-            active &= (depth < self.max_depth) & dr.any(throughput != 0)
-            goes_on = dr.minimum(dr.max(throughput) * dr.square(eta), 0.95)
-            plays = active & (depth >= self.rr_depth)
-            active &= ~plays | (sampler.next_1d(plays) < goes_on)
-            throughput[plays & active] /= goes_on
+            active &= (depth <= self.max_depth) & dr.any(throughput != 0)
+            survival = dr.minimum(dr.max(throughput) * dr.square(eta), 0.95)
+            in_roulette = active & (depth >= self.rr_depth)
+            active &= ~in_roulette | (sampler.next_1d(in_roulette) < survival)
+            throughput[in_roulette & active] /= survival
             sampler.schedule_state()
-            dr.eval(light, throughput, eta, inside, active, depth, met, turned, density, ray)
+            dr.eval(light, throughput, eta, inside, active, depth, met, last_bounce, density, ray)
         return light, met
 
     def _through_medium(
@@ -122,7 +123,7 @@ class CameraPaths:
         return colours(light), colours(passed)
 
     def _direct(self, sampler: Any, found: Any, bsdf: Any, inside: Any, active: Any) -> Any:
-        """Return the light that surfaces turn on its way from an emitter that is sampled."""
+        """Return the light of a sampled emitter that surfaces scatter into paths."""
         sampled, emitted = self.scene.sample_emitter_direction(found, sampler.next_2d(active), False, active)
         active = active & (sampled.pdf > 0)
         value, density = bsdf.eval_pdf(mi.BSDFContext(), found, found.to_local(sampled.d), active)

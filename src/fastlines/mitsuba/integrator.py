@@ -23,8 +23,10 @@ from .packages import mi, require_variant
 from .volume import beam_scene
 
 NAME = "photonbeams"
+#: How many rays of the camera are traced at a time.
+RAYS = 1 << 21
 #: The parameters of the integrator that are fields of `PassSettings`.
-PASS_PARAMETERS = ("paths", "radius", "alpha", "beams", "blur", "max_scatterings", "method")
+PASS_PARAMETERS = ("paths", "radius", "adapt", "alpha", "beams", "blur", "max_scatterings", "method")
 
 
 @cache
@@ -68,13 +70,18 @@ def integrator_class(variant: str) -> Any:
             asked = sampler.sample_count()
             samples = spp or asked
             passes = min(self.passes, samples)
-            seed = int(np.array(seed).item())
-            volume, total = beam_scene(scene), 0
+            seed, done = int(np.array(seed).item()), 0
+            most = max(RAYS // int(np.prod(sensor.film().crop_size())), 1)
+            volume, total = beam_scene(scene), 0.0
             try:
                 for i, radius in zip(range(passes), self.settings.radii(volume), strict=False):
-                    share = samples * (i + 1) // passes - samples * i // passes
                     self._paths = self._trace(scene, volume, radius, seed, i)
-                    total += super().render(scene, sensor, seed * passes + i, share) * (share / samples)
+                    end = samples * (i + 1) // passes
+                    while done < end:
+                        some = min(end - done, most)
+                        part = super().render(scene, sensor, (seed * samples + done) % 2**32, some)
+                        total += part * (some / samples)
+                        done += some
             finally:
                 self._paths = None
                 sampler.set_sample_count(asked)
@@ -104,9 +111,10 @@ def integrator_class(variant: str) -> Any:
                 pass_number=number,
                 max_scatterings=settings.max_scatterings,
             )
-            light_along = partial(
-                BeamMap(volume, beams, settings.method).light_along, radius=radius, blur=settings.blur
-            )
+            own = {"own_radius": radius, "scale": radius / next(settings.radii(volume))} if settings.adapt else {}
+            beam_map = BeamMap(volume, beams, settings.method, **own)
+            more = 0.0 if settings.adapt else radius
+            light_along = partial(beam_map.light_along, radius=more, blur=settings.blur)
             return CameraPaths(scene, volume, light_along, self.max_depth, self.rr_depth, self.hide_emitters)
 
     return PhotonBeams

@@ -10,11 +10,12 @@ from typing import Any
 
 import numpy as np
 
+from ..beams.coefficients import BoolArray
 from ..beams.grid_medium import GridMedium
 from ..beams.medium import HomogeneousMedium, Medium
 from ..errors import InputError
 from ..support.counter_random import Float64Array
-from .conversion import points, triples
+from .conversion import flags, numbers, points, triples
 from .packages import mi
 
 #: The voxels of a heterogeneous medium along each axis, where it is not a grid itself.
@@ -68,17 +69,24 @@ def _heterogeneous(medium: Any, box: Float64Array, g: float) -> GridMedium:
     shape = (VOXELS,) * 3 if data is None else tuple(data.shape[2::-1])
     centres = box[0] + (np.indices(shape).reshape(3, -1).T + 0.5) / shape * (box[1] - box[0])
     scattering, extinction = _coefficients(medium, centres)
-    density = extinction.sum(axis=1)
+    density = extinction.sum(axis=1) * _within(medium, centres)
     density /= max(density.max(), np.finfo(np.float64).tiny)
     densest = density.argmax()
     for name, values in (("scattering", scattering), ("extinction", extinction)):
-        if np.abs(values - density[:, None] * values[densest]).max() > SAME * extinction.max():
+        if np.abs(values - density[:, None] * values[densest])[density > 0].max(initial=0) > SAME * extinction.max():
             raise InputError(
                 f"the colour of the medium's {name} varies from place to place; photon beams take a density that "
                 "varies, times one colour: give albedo and the colour of sigma_t one value each"
             )
     absorption = np.maximum(extinction[densest] - scattering[densest], 0)
     return GridMedium(density.reshape(shape), box, absorption, scattering[densest], g)
+
+
+def _within(medium: Any, places: Float64Array) -> BoolArray:
+    """Return whether points are in the box of the medium's own grid, beyond which is nothing."""
+    n = len(places)
+    hit, begin, end = medium.intersect_aabb(mi.Ray3f(points(places), mi.Vector3f(1, 1, 1)))
+    return flags(hit, n) & (numbers(begin, n) <= 0) & (numbers(end, n) >= 0)
 
 
 def _coefficients(medium: Any, places: Float64Array) -> tuple[Float64Array, Float64Array]:
