@@ -175,9 +175,12 @@ class Camera:
         tan_x, tan_y = self._tangents(width, height)
         right, up, forward = self.axes()
         across, upwards = (x * (2 / width) - 1) * tan_x, (1 - y * (2 / height)) * tan_y
-        directions = forward + upwards[..., None] * up + across[..., None] * right
-        directions /= np.sqrt(dot(directions, directions))[..., None]
-        directions = np.asarray(directions, np.float32)
+        # Compute column by column, because NumPy is slow along an axis of three.
+        columns = [along + upwards * u + across * r for along, u, r in zip(forward, up, right, strict=True)]
+        length = np.sqrt(columns[0] * columns[0] + columns[1] * columns[1] + columns[2] * columns[2])
+        directions = np.empty((*length.shape, 3), np.float32)
+        for axis, column in enumerate(columns):
+            directions[..., axis] = column / length
         return self._origins(directions), directions, self.spread(height)
 
     def through_lens(
