@@ -177,10 +177,8 @@ class Camera:
         across, upwards = (x * (2 / width) - 1) * tan_x, (1 - y * (2 / height)) * tan_y
         # Compute column by column, because NumPy is slow along an axis of three.
         columns = [along + upwards * u + across * r for along, u, r in zip(forward, up, right, strict=True)]
-        length = np.sqrt(columns[0] * columns[0] + columns[1] * columns[1] + columns[2] * columns[2])
-        directions = np.empty((*length.shape, 3), np.float32)
-        for axis, column in enumerate(columns):
-            directions[..., axis] = column / length
+        length = np.sqrt(sum(column * column for column in columns))
+        directions = np.stack([column / length for column in columns], axis=-1, dtype=np.float32, casting="same_kind")
         return self._origins(directions), directions, self.spread(height)
 
     def through_lens(
