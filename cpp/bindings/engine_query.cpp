@@ -40,8 +40,8 @@ HitTuple first(const LayoutView& layout, RayArrays rays, const std::string& at_n
   return hits.tuple();
 }
 
-/// The first crossings of rays with the primitives that pieces belong to, as hits of the pieces that begin them. `owner`
-/// has the primitive of each piece.
+/// The first crossings of rays with the primitives that pieces belong to, as hits of the pieces that begin them.
+/// `owner` has the primitive of each piece.
 HitTuple first_crossing(const LayoutView& layout, RayArrays rays, Input<std::int64_t> owner, const std::string& at_name,
                         int kernel, unsigned n_threads, nb::object progress) {
   const RayBatch batch = batch_of(rays);

@@ -26,8 +26,8 @@ struct LayoutQueries {
   Progress& progress;
 
   void find_first(At at, const HitColumns& to) const;
-  /// Find the first crossing of each ray with a primitive in pieces, where `at` is on the surface: the piece that begins
-  /// it, and the distance and t_out of the whole.
+  /// Find the first crossing of each ray with a primitive in pieces, where `at` is on the surface: the piece that
+  /// begins it, and the distance and t_out of the whole.
   void find_first_crossing(At at, PieceOwners owners, const HitColumns& to) const;
   void find_any(At at, bool* to) const;
   void count(At at, std::int64_t* to) const;

@@ -40,9 +40,10 @@ class Tree(PlacedTree, RayQueries, ProximityQueries, PairQueries, BoxQueries):
     """An acceleration tree over primitives, as `build` makes it.
 
     It is immutable. ``nodes`` and ``refs`` are its data; ``cost()``, ``stats()``, ``levels()`` and ``validate()``
-    describe it. The queries about rays are ``first_hit``, ``any_hit``, ``count_hits``, ``all_hits``, ``iter_all_hits``
-    and ``next_hits``, each with its own radius; those about points are ``nearest``, ``within`` and ``count_within``.
-    ``pairs`` finds what is near to each other, ``along`` what is near to a polyline, and ``in_box`` what is in boxes.
+    describe it. The queries about rays are ``first_hit``, ``first_surface``, ``any_hit``, ``count_hits``, ``all_hits``,
+    ``iter_all_hits`` and ``next_hits``, each with its own radius; those about points are ``nearest``, ``within`` and
+    ``count_within``. ``pairs`` finds what is near to each other, ``along`` what is near to a polyline, and ``in_box``
+    what is in boxes.
     """
 
     @computed_once

@@ -92,12 +92,12 @@ class CrossingFinder {
     to.clear();
     const auto ray = prepare_for<P>(query, frame_);
     hits_.clear();
-    if (pieces.size() > kFew) {
+    if (pieces.size() <= kFew) {
+      test(query, ray, std::size_t(pieces.size()), [&](std::size_t i) { return pieces.first + std::int64_t(i); });
+    } else {
       pieces_.clear();
       append_near(ray, pieces);
       test(query, ray, pieces_.size(), [&](std::size_t i) { return pieces_[i]; });
-    } else {
-      test(query, ray, std::size_t(pieces.size()), [&](std::size_t i) { return pieces.first + std::int64_t(i); });
     }
     list_crossings(hits_, to);
   }
@@ -111,7 +111,7 @@ class CrossingFinder {
     bool enters;  // whether the ray comes in from outside
   };
 
-  /// So many pieces are tested without a test whether the ray may hit them.
+  /// The most pieces of a primitive that are tested without asking first whether the ray may hit them.
   static constexpr std::int64_t kFew = 4 * kSimdWidth;
 
   /// Choose the pieces to test, rising: those listed, or all that the ray may hit of their primitives.
@@ -130,10 +130,10 @@ class CrossingFinder {
     }
   }
 
-  /// Append the pieces of one primitive that the ray may hit; of few, all.
+  /// Append the pieces of one primitive that the ray may hit.
   void append_near(const RayOf<P>& ray, const PieceRange& all) {
     for (std::int64_t piece = all.first; piece < all.end; ++piece)
-      if (all.size() <= kFew || may_hit(ray, items_[piece])) pieces_.push_back(piece);
+      if (may_hit(ray, items_[piece])) pieces_.push_back(piece);
   }
 
   /// Whether the line of a ray comes within reach of the ball around a piece; `slack` covers all rounding.
@@ -198,8 +198,7 @@ class CrossingFinder {
   /// D − R at a closest approach, up to a constant of the primitive, so that radii that are equal cancel exactly.
   double gap(const RayQuery& query, const Hit& closest) {
     const auto& item = items_[closest.prim];
-    if (hits_.empty() || !owners_.is_same(hits_.back().closest.prim, closest.prim))
-      reference_ = own_radius(item, 0.0);
+    if (hits_.empty() || !owners_.is_same(hits_.back().closest.prim, closest.prim)) reference_ = own_radius(item, 0.0);
     double found = double(closest.distance) - (own_radius(item, closest.u) - reference_);
     if constexpr (kHasSpread<P>) found -= double(query.spread) * depth(query, P::axis(item), closest.u);
     return found;

@@ -26,8 +26,8 @@ struct QueryTraits {
   bool shrinks_limit = false;
   /// The query needs t and the primitive of a hit. If not, a wavefront keeps only what the exact test reads of a ray.
   bool needs_position = true;
-  /// A hit need not be reported if another one is nearer by more than the ray's tie tolerance. The collector then has
-  /// `drops_farther()`, which says so at run time.
+  /// A hit need not be reported if another one is nearer by more than the ray's tie tolerance, as long as
+  /// `drops_farther()` of the collector is true.
   bool drops_farther = false;
 };
 

@@ -25,7 +25,7 @@ struct FirstHitCollector : Where {
 
   explicit FirstHitCollector(Where where = {}, std::optional<Filter> filter_ = {}) : Where(where), filter(filter_) {}
 
-  /// Whether hits need not be reported that others of the same ray precede.
+  /// Whether a hit that precedes others makes them needless: one that does not count does not.
   bool drops_farther() const { return !filter; }
 
   void begin(const RayGroup& rays, int first, int end) {
@@ -120,8 +120,8 @@ struct FirstHitQuery {
   /// Joins pieces, if primitives are in pieces; only where t is on the surface.
   mutable std::optional<FirstCrossings<P>> crossings = {};
 
-  /// The collector, which this query outlives. The first piece whose surface a ray hits begins a crossing, but the first
-  /// one that it enters may not.
+  /// The collector, which this query outlives. The first piece whose surface a ray hits begins a crossing, but the
+  /// first one that it enters may not.
   Collector collector() const {
     if (crossings && where.at == At::entry) return Collector(where, *crossings);
     return Collector(where);
@@ -146,7 +146,7 @@ struct FirstHitQuery {
     if constexpr (Where::kHasExit)
       for (int from = first; from < end; from += kSimdWidth) store_exits_of_packet(tree, rays, found.prim, from, t_out);
     if constexpr (Where::kHasExit)
-      if (crossings) join_pieces(rays, prim, first, end, distance, t_out);
+      if (crossings) store_extents(rays, prim, first, end, distance, t_out);
     const HitColumns columns = to;  // a copy, so that nothing written can alias it
     const auto write = [&](int i, auto n) __attribute__((always_inline)) {
       const std::uint32_t at_ = rays.id[i];
@@ -164,9 +164,9 @@ struct FirstHitQuery {
   }
 
  private:
-  /// Write the distance and t_out of whole crossings.
-  void join_pieces(const RayGroup& rays, const std::int64_t* prim, int first, int end, float* distance,
-                   float* t_out) const {
+  /// Write the distance and t_out of the crossings that begin with these pieces.
+  void store_extents(const RayGroup& rays, const std::int64_t* prim, int first, int end, float* distance,
+                     float* t_out) const {
     for (int i = first; i < end; ++i) {
       if (prim[i] < 0) continue;
       const Hit& crossing = crossings->first_with(rays.id[i], std::uint32_t(prim[i]));
