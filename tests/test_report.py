@@ -28,7 +28,7 @@ TINY = Preset(
     panel=32,
     levels=3,
 )
-METHODS = ("best", "bvh-cl", "bvh-ss", "bvh-d2", "kd-cl", "kd-d2")
+METHODS = ("best", "bvh-cl", "bvh-ss", "bvh-d2", "kd-cl", "kd-d2", "beams")
 
 
 @pytest.fixture(scope="module")
@@ -71,15 +71,15 @@ def test_page_is_whole_and_needs_nothing_else(folder):
         assert link == "data:," or (link[1:] in page.ids if link.startswith("#") else (folder / link).is_file())
     assert len([link for link in page.links if link.endswith(".png")]) == 5 * (3 + 3)
     assert "Answers agree: yes" in page.text
-    assert "30 of 30" in page.text
+    assert "35 of 35" in page.text
     assert "width=device-width" in text
     assert "prefers-color-scheme: dark" in text
 
 
 def test_json_has_everything(folder):
     table = json.loads((folder / "table.json").read_text())
-    assert table["n_trees_valid"] == 30
-    assert table["n_answers_compared"] >= 30 * 2 * 2 * 16
+    assert table["n_trees_valid"] == 35
+    assert table["n_answers_compared"] >= 35 * 2 * 2 * 16
     assert {"processor", "threads", "python", "fastlines"} <= table["machine"].keys()
     assert [subject["name"] for subject in table["subjects"]] == list(NAMES)
     for subject in table["subjects"]:

@@ -40,6 +40,15 @@ def test_bounds():
     assert "cost/bound" in text
 
 
+def test_beams():
+    text = done("study", "beams", "--segments", 300, "--radius", "0.01", "--tree", "best,bvh-cl", "--json", "b.json")
+    best, whole = json.loads(Path("b.json").read_text())
+    assert (best["tree"], whole["tree"]) == ("best", "bvh-cl")
+    assert best["refs"] > whole["refs"] == 1
+    assert best["queries"][0]["hits"] == whole["queries"][0]["hits"] > 0
+    assert text.splitlines()[0].startswith("| beams | tree | references a beam |")
+
+
 def test_opening():
     rows = done("study", "opening", "--segments", 300).splitlines()
     assert rows[0] == "| 300 segments | ms | with a radius |"

@@ -29,11 +29,12 @@ inline void bind_split_sets(nanobind::module_& m) {
       .def(
           "__init__",
           [](BinnedPlanes* self, int n_planes, std::size_t uncut_refs, std::size_t uncut_only_refs, double max_overlap,
-             std::size_t sample, std::size_t gap_refs, double gap) {
-            new (self) BinnedPlanes{n_planes, uncut_refs, uncut_only_refs, max_overlap, sample, gap_refs, gap};
+             std::size_t sample, std::size_t gap_refs, double gap, double uncut_only_side) {
+            new (self) BinnedPlanes{n_planes, uncut_refs, uncut_only_refs, max_overlap, sample,
+                                    gap_refs, gap,        uncut_only_side};
           },
           nb::kw_only(), "n_planes"_a, "uncut_refs"_a, "uncut_only_refs"_a, "max_overlap"_a, "sample"_a, "gap_refs"_a,
-          "gap"_a);
+          "gap"_a, "uncut_only_side"_a);
   nb::class_<SizedSplitSet>(m, "SizedSplitSet")
       .def(
           "__init__",

@@ -33,14 +33,15 @@ typedef enum fl_status {
   FL_OTHER_ERROR = 5  /* Anything else, such as an error of the operating system. */
 } fl_status;
 
-/* The named trees. All but `FL_BEST` are those of the thesis. */
+/* The named trees. All but `FL_BEST` and `FL_BEAMS` are those of the thesis. */
 typedef enum fl_method {
   FL_BEST = 0,   /* The tree for the fastest queries. */
   FL_BVH_CL = 1, /* A BVH over whole lines. */
   FL_BVH_SS = 2, /* A BVH over lines that are cut by a grid of planes. */
   FL_BVH_D2 = 3, /* As `FL_BVH_SS`, but where a leaf looks best, it looks two levels ahead. */
   FL_KD_CL = 4,  /* A KD tree over a grid of planes. */
-  FL_KD_D2 = 5   /* As `FL_KD_CL`, but where a leaf looks best, it looks two levels ahead. */
+  FL_KD_D2 = 5,  /* As `FL_KD_CL`, but where a leaf looks best, it looks two levels ahead. */
+  FL_BEAMS = 6   /* The least time of a build and one query, over dense long lines such as photon beams. */
 } fl_method;
 
 /* The place on the ray that t of a hit means, and which rays hit. */

@@ -50,8 +50,8 @@ fl::Hit hit_of(const fl_hit& hit) { return {hit.t, hit.prim, hit.u, hit.distance
 fl::BuildOptions options_of(const fl_options* given, std::size_t n_lines) {
   fl::BuildOptions options;
   if (!given) return options;
-  if (given->method < FL_BEST || given->method > FL_KD_D2)
-    throw fl::InputError("unknown fl_method; expected FL_BEST to FL_KD_D2");
+  if (given->method < FL_BEST || given->method > FL_BEAMS)
+    throw fl::InputError("unknown fl_method; expected FL_BEST to FL_BEAMS");
   options.method = fl::Method(given->method);
   if (given->has_effort) options.effort = given->effort;
   options.n_threads = given->n_threads;

@@ -11,12 +11,8 @@ namespace fl::detail {
 
 inline constexpr std::size_t kMaxRefs = 0xffff'fff0;
 
-/// `best`: the tree that queries are fastest on.
-inline fastlines::Settings best_settings(float effort) {
-  using fastlines::BinnedPlanes;
-  const BinnedPlanes planes = effort < 0.25f   ? BinnedPlanes{8, 128, 64, 0.6, 128, kMaxRefs, 0.85}
-                              : effort < 0.75f ? BinnedPlanes{16, 128, 64, 0.6, 512, kMaxRefs, 0.8}
-                                               : BinnedPlanes{effort < 0.875f ? 16 : 32, 128, 32, 0.0, 0, 0, 0.8};
+/// A tree for fast queries.
+inline fastlines::Settings query_settings(const fastlines::BinnedPlanes& planes) {
   return {.splits = {{planes}},
           .bad_levels = 3,
           .prune = false,
@@ -27,7 +23,18 @@ inline fastlines::Settings best_settings(float effort) {
           .limits = {.max_leaf_refs = 16, .leaf_refs = 16}};
 }
 
-/// The others, which are those of the thesis.
+/// `best`: the tree that queries are fastest on.
+inline fastlines::Settings best_settings(float effort) {
+  using fastlines::BinnedPlanes;
+  return query_settings(effort < 0.25f   ? BinnedPlanes{8, 128, 64, 0.6, 128, kMaxRefs, 0.85, 32.0}
+                        : effort < 0.75f ? BinnedPlanes{16, 128, 64, 0.6, 512, kMaxRefs, 0.8, 16.0}
+                                         : BinnedPlanes{effort < 0.875f ? 16 : 32, 128, 32, 0.0, 0, 0, 0.8});
+}
+
+/// `beams`: the least time of a build and one query.
+inline fastlines::Settings beam_settings() { return query_settings({8, 128, 64, 0.6, 128, kMaxRefs, 0.85, 256.0}); }
+
+/// Those of the thesis.
 inline fastlines::Settings thesis_settings(Method method) {
   using enum Method;
   const bool is_kd = method == kd_cl || method == kd_d2, looks_ahead = method == bvh_d2 || method == kd_d2;
@@ -41,13 +48,13 @@ inline fastlines::Settings thesis_settings(Method method) {
 
 /// The name of a method in Python.
 inline const char* method_name(Method method) {
-  constexpr const char* names[] = {"best", "bvh-cl", "bvh-ss", "bvh-d2", "kd-cl", "kd-d2"};
+  constexpr const char* names[] = {"best", "bvh-cl", "bvh-ss", "bvh-d2", "kd-cl", "kd-d2", "beams"};
   return names[int(method)];
 }
 
 inline fastlines::Settings method_settings(const BuildOptions& options, std::size_t n_prims) {
   constexpr std::size_t large = 1 << 18;
-  if (options.method < Method::best || options.method > Method::kd_d2)
+  if (options.method < Method::best || options.method > Method::beams)
     throw InputError("unknown method; expected one of fl::Method");
   if (options.effort && options.method != Method::best)
     throw InputError("an effort is for Method::best; leave it out, or choose that method");
@@ -56,7 +63,8 @@ inline fastlines::Settings method_settings(const BuildOptions& options, std::siz
                      "; expected a number from 0, the fastest build, to 1, the best tree");
   fastlines::Settings settings = options.method == Method::best
                                      ? best_settings(options.effort.value_or(n_prims >= large ? 0.0f : 0.5f))
-                                     : thesis_settings(options.method);
+                                 : options.method == Method::beams ? beam_settings()
+                                                                   : thesis_settings(options.method);
   settings.limits.max_refs = std::min(kMaxRefs, 1000 * n_prims + 10'000);
   return settings;
 }

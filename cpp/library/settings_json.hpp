@@ -17,7 +17,7 @@ inline std::string json_of(const fastlines::SplitSet& set) {
     text << R"({"name": "binned_planes", "n_planes": )" << planes->n_planes << R"(, "uncut_refs": )"
          << planes->uncut_refs << R"(, "uncut_only_refs": )" << planes->uncut_only_refs << R"(, "max_overlap": )"
          << planes->max_overlap << R"(, "sample": )" << planes->sample << R"(, "gap_refs": )" << planes->gap_refs
-         << R"(, "gap": )" << planes->gap << "}";
+         << R"(, "gap": )" << planes->gap << R"(, "uncut_only_side": )" << planes->uncut_only_side << "}";
   else if (const auto* grid = std::get_if<fastlines::PlaneGrid>(&set))
     text << R"({"name": "plane_grid", "n_planes": )" << grid->n_planes << "}";
   else if (std::holds_alternative<fastlines::ObjectSweep>(set))

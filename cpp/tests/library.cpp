@@ -73,8 +73,8 @@ void check_scene(const Scene& scene) {
   for (std::size_t i = 0; i < cones.size(); ++i)
     core_cones.push_back({scene.lines[i], cones[i].radius_p, cones[i].radius_q});
   const fastlines::RoundCones round(core_cones);
-  const fl::Method methods[] = {fl::Method::best,   fl::Method::bvh_cl, fl::Method::bvh_ss,
-                                fl::Method::bvh_d2, fl::Method::kd_cl,  fl::Method::kd_d2};
+  const fl::Method methods[] = {fl::Method::best,  fl::Method::bvh_cl, fl::Method::bvh_ss, fl::Method::bvh_d2,
+                                fl::Method::kd_cl, fl::Method::kd_d2,  fl::Method::beams};
   const Rays rays = fastlines::test::scattered(scene.lines, box, size);
   static std::size_t next = 0;
   for (const fl::At at : {fl::At::closest, fl::At::surface, fl::At::entry}) {

@@ -34,6 +34,7 @@ class BinnedPlanes:
         sample: int,
         gap_refs: int,
         gap: float,
+        uncut_only_side: float,
     ) -> None: ...
 
 class SizedSplitSet:

@@ -73,12 +73,13 @@ def build(
         The primitives; an array is taken for segments, and a list of (m, 3) arrays for polylines. Lines with a `radius`
         of their own are round cones to queries. `Geometry` holds several kinds, and `Primitives` is the protocol of a
         class of your own.
-    method : {"best", "bvh-cl", "bvh-ss", "bvh-d2", "kd-cl", "kd-d2"}
+    method : {"best", "bvh-cl", "bvh-ss", "bvh-d2", "kd-cl", "kd-d2", "beams"}
         "best", the default, makes the tree that queries are fastest on. With a `cost`, or cut boxes, it makes the tree
-        of least cost, but does not cut lines that run along each other (`min_spread`). The others are the trees of the
-        thesis. The other arguments change the settings of the method. Without a method, arguments of the search
-        (`splits`, `lookahead`, `beam`, `exhaustive`, `bad_levels`, `bad_refs`, `bad_refines` or `prune`) change the
-        settings of `Settings()`.
+        of least cost, but does not cut lines that run along each other (`min_spread`). "beams" is for dense long lines
+        that are queried once or a few times, such as the photon beams of a pass: its build and one query of all hits
+        take the least time together. The others are the trees of the thesis. The other arguments change the settings of
+        the method. Without a method, arguments of the search (`splits`, `lookahead`, `beam`, `exhaustive`,
+        `bad_levels`, `bad_refs`, `bad_refines` or `prune`) change the settings of `Settings()`.
     splits : SplitSet or sequence of SplitSet, optional
         The candidate splits at each node: `PlaneGrid`, `BinnedPlanes`, `ObjectSweep`, `PlaneEvents`, `Median`,
         `Midpoint`.

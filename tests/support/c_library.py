@@ -12,7 +12,7 @@ import numpy.typing as npt
 import fastlines as fl
 from fastlines.settings.methods import THESIS_METHODS
 
-METHODS = ("best", *THESIS_METHODS)
+METHODS = ("best", *THESIS_METHODS, "beams")
 FloatPointer, DoublePointer = c.POINTER(c.c_float), c.POINTER(c.c_double)
 
 

@@ -69,7 +69,8 @@ SETTINGS: dict[str, tuple[fl.Settings, int]] = {
     **{
         name: (dataclasses.replace(method, limits=deep), 5 if name.endswith("d2") else 15)
         for name, method in fl.METHODS.items()
-        if name != "best"  # max_leaf_refs and the radius hint are the core's own; tests/build/test_deep_build.py
+        # max_leaf_refs and the radius hint are the core's own; tests/build/test_deep_build.py
+        if name not in ("best", "beams")
     },
     "never split": (Given(lookahead=0), 10),
     "sweep and grid": (Given((fl.ObjectSweep(), fl.PlaneGrid(3)), cost=cheap, limits=deep), 15),

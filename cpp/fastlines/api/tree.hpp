@@ -35,7 +35,7 @@ struct FASTLINES_API Cancelled : std::runtime_error {
   ~Cancelled() override;
 };
 
-/// The named trees. All but `best` are those of the thesis.
+/// The named trees. All but `best` and `beams` are those of the thesis.
 enum class Method {
   best,    ///< The tree for the fastest queries.
   bvh_cl,  ///< A BVH over whole lines.
@@ -43,6 +43,7 @@ enum class Method {
   bvh_d2,  ///< As `bvh_ss`, but where a leaf looks best, it looks two levels ahead.
   kd_cl,   ///< A KD tree over a grid of planes.
   kd_d2,   ///< As `kd_cl`, but where a leaf looks best, it looks two levels ahead.
+  beams,   ///< The least time of a build and one query, over dense long lines such as photon beams.
 };
 
 /// A callback for long calls. It gets the fraction that is done, and returns whether to go on. It runs on the thread

@@ -36,18 +36,22 @@ class BinnedPlanes {
   std::size_t gap_refs = 0;
   /// References lie apart if an uncut split costs at most this fraction of the cost of a leaf.
   double gap = 0.8;
+  /// Nodes whose longest side is less than this many margins of `measure` are offered only uncut splits, if there are
+  /// any: where boxes hardly exceed a query's radius, smaller pieces save few tests. Tight boxes only.
+  double uncut_only_side = 0.0;
 
   /// Pass the split with the least SAH of each axis to `visitor`, or all splits if `all`. SAH is that of `measure`.
   template <Straight P>
   void visit(const P& prims, Refs refs, const Box& box, BoxRule rule, const Measure& measure, bool all,
              CandidateVisitor visitor) const {
     thread_local BinsX8 grid;
-    if (!all) {
+    const bool small = rule == BoxRule::tight && box.side(box.longest_axis()) < uncut_only_side * measure.margin;
+    if (!all && !small) {
       // Ignore the lanes: rounding up to full lanes means nothing for a sample, and little for nodes of this size.
       if (const auto split = split_of_large(prims, refs, box, rule, {measure.margin}, grid)) return visitor(*split);
     }
     // Offer uncut splits.
-    if (rule == BoxRule::tight && refs.size() <= uncut_refs) {
+    if (rule == BoxRule::tight && (small || refs.size() <= uncut_refs)) {
       fill_uncut(refs, box, grid);
       Overlap overlap;
       const bool any_uncut = grid.visit(Candidate::Kind::centres, box, rule, measure, all, [&](const Candidate& split) {
@@ -55,7 +59,7 @@ class BinnedPlanes {
         visitor(split);
       });
       const bool apart = max_overlap > 0.0 && overlap.area() <= max_overlap * measure.area(box);
-      if (any_uncut && (refs.size() <= uncut_only_refs || apart)) return;
+      if (any_uncut && (small || refs.size() <= uncut_only_refs || apart)) return;
     }
     // Offer planes.
     fill(prims, refs, box, rule, grid);
@@ -67,7 +71,7 @@ class BinnedPlanes {
   template <Straight P>
   void visit_uncut(const P& prims, Refs refs, const Box& box, const Measure& measure, CandidateVisitor visitor) const {
     constexpr std::size_t any = std::size_t(-1);
-    if (uncut_refs > 0 || gap_refs > 0)
+    if (uncut_refs > 0 || gap_refs > 0 || uncut_only_side > 0.0)
       BinnedPlanes{.n_planes = n_planes, .uncut_refs = any, .uncut_only_refs = any}.visit(
           prims, refs, box, BoxRule::tight, measure, false, visitor);
   }

@@ -36,7 +36,7 @@ AskedInput = Annotated[str, typer.Argument(metavar="INPUT", help=ASKED_HELP)]
 OptionalInput = Annotated[str | None, typer.Argument(metavar="INPUT", help=INPUT_HELP, show_default=False)]
 TreeFile = Annotated[str, typer.Argument(metavar="TREE", help="A tree file (.flt).")]
 Method = Annotated[
-    str, Option("--method", "-m", help="The tree: best, bvh-cl, bvh-ss, bvh-d2, kd-cl or kd-d2.", metavar="NAME")
+    str, Option("--method", "-m", help="The tree: best, bvh-cl, bvh-ss, bvh-d2, kd-cl, kd-d2 or beams.", metavar="NAME")
 ]
 Effort = Annotated[
     float | None,

@@ -21,16 +21,17 @@ class Methods(Mapping[str, Settings]):
     bvh-d2    as bvh-ss; where SAH says leaf, it looks two levels ahead
     kd-cl     KD tree over a grid of planes, SAH
     kd-d2     as kd-cl; where SAH says leaf, it looks two levels ahead
+    beams     for dense long lines that are queried once, such as photon beams: least build and query
     ========  ==========================================================================================
 
-    All but "best" are those of the thesis (§5). Of "best" these are the settings for small inputs: `build` suits them
-    to the input and the arguments.
+    All but "best" and "beams" are those of the thesis (§5). Of "best" these are the settings for small inputs: `build`
+    suits them to the input and the arguments.
 
     Examples
     --------
     >>> import fastlines as fl
     >>> list(fl.METHODS)
-    ['best', 'bvh-cl', 'bvh-ss', 'bvh-d2', 'kd-cl', 'kd-d2']
+    ['best', 'bvh-cl', 'bvh-ss', 'bvh-d2', 'kd-cl', 'kd-d2', 'beams']
     >>> fl.METHODS["kd-d2"].lookahead
     (1, 2)
     """
@@ -61,6 +62,12 @@ LARGE = 2**18
 #: `min_spread` of "best": half the radius that it measures boxes with. A ray that hits one line then hits nearly all.
 MIN_SPREAD = 0.0005
 
+#: The planes of "best" with the least effort. In nodes of few radii, cuts add many references and save few tests.
+FAST_PLANES = BinnedPlanes(8, 128, 64, 0.6, sample=128, gap_refs=REF_LIMIT, gap=0.85, uncut_only_side=32.0)
+
+#: The planes of "beams": only nodes of a quarter of the scene or more are cut.
+BEAM_PLANES = replace(FAST_PLANES, uncut_only_side=256.0)
+
 
 def best_effort(n_prims: int) -> float:
     """Return the default effort of "best" for queries."""
@@ -84,21 +91,10 @@ def best_settings(
     choice("boxes", boxes, ("tight", "cut"))
     if for_queries:
         if effort < 0.25:
-            octets = BinnedPlanes(8, 128, 64, 0.6, sample=128, gap_refs=REF_LIMIT, gap=0.85)
-        elif effort < 0.75:
-            octets = BinnedPlanes(16, 128, 64, 0.6, sample=512, gap_refs=REF_LIMIT)
-        else:
-            octets = BinnedPlanes(16 if effort < 0.875 else 32, 128, 32)
-        return Settings(
-            splits=(octets,),
-            bad_levels=3,
-            prune=False,
-            radius_hint=0.001,
-            min_spread=MIN_SPREAD,
-            lanes=16,
-            cost=Cost(c_trav=4.0),
-            limits=Limits(max_leaf_refs=16, leaf_refs=16),
-        )
+            return _for_queries(FAST_PLANES)
+        if effort < 0.75:
+            return _for_queries(BinnedPlanes(16, 128, 64, 0.6, sample=512, gap_refs=REF_LIMIT, uncut_only_side=16.0))
+        return _for_queries(BinnedPlanes(16 if effort < 0.875 else 32, 128, 32))
     octets = BinnedPlanes(8 * 2 ** round(4 * effort), 16 if boxes == "tight" else 0)
     cost = Cost(C_TRAV[boxes]) if cost is None else cost
     settings = Settings((octets,), boxes, bad_levels=3, min_spread=MIN_SPREAD, cost=cost)
@@ -107,7 +103,21 @@ def best_settings(
     return replace(settings, bad_refs=int(min(8 * cost.c_trav / cost.c_prim, REF_LIMIT)))
 
 
-#: The best builder, and the five trees of the thesis (§5).
+def _for_queries(planes: BinnedPlanes) -> Settings:
+    """Return the settings of a tree for fast queries, with these planes."""
+    return Settings(
+        splits=(planes,),
+        bad_levels=3,
+        prune=False,
+        radius_hint=0.001,
+        min_spread=MIN_SPREAD,
+        lanes=16,
+        cost=Cost(c_trav=4.0),
+        limits=Limits(max_leaf_refs=16, leaf_refs=16),
+    )
+
+
+#: The best builder, the five trees of the thesis (§5), and a builder for lines that are queried once.
 METHODS = Methods(
     {
         "best": best_settings(),
@@ -116,13 +126,14 @@ METHODS = Methods(
         "bvh-d2": Settings(splits=(PlaneGrid(8),), lookahead=(1, 2)),
         "kd-cl": Settings(splits=(PlaneGrid(12),), boxes="cut", cost=Cost(C_TRAV["cut"])),
         "kd-d2": Settings(splits=(PlaneGrid(12),), boxes="cut", lookahead=(1, 2), cost=Cost(C_TRAV["cut"])),
+        "beams": _for_queries(BEAM_PLANES),
     }
 )
 
 DEFAULT_METHOD = "best"
 
 #: The named trees of the thesis.
-THESIS_METHODS = tuple(method for method in METHODS if method != "best")
+THESIS_METHODS = tuple(method for method in METHODS if method not in (DEFAULT_METHOD, "beams"))
 
 #: A line of description for each named tree.
 METHOD_NOTES: dict[str, str] = {
@@ -132,6 +143,7 @@ METHOD_NOTES: dict[str, str] = {
     "bvh-d2": "as bvh-ss; where SAH says leaf, look two levels ahead",
     "kd-cl": "space cut by a grid of planes, SAH",
     "kd-d2": "as kd-cl; where SAH says leaf, look two levels ahead",
+    "beams": "lines cut in the first levels alone; for dense long lines that are queried once",
 }
 
 

@@ -97,6 +97,9 @@ class BinnedPlanes(SplitSet):
         Nodes of more than `uncut_refs` and up to this many references are split uncut across a gap (see `gap`).
     gap : float
         A node has a gap where an uncut split costs at most this fraction of a leaf; above 0 to 1.
+    uncut_only_side : float
+        Nodes whose longest side is less than this many times the radius of `radius_hint` are offered only uncut splits,
+        if there are any. Where boxes hardly exceed a query's radius, smaller pieces save few tests. Tight boxes only.
 
     Notes
     -----
@@ -111,6 +114,7 @@ class BinnedPlanes(SplitSet):
     sample: int = 0
     gap_refs: int = 0
     gap: float = 0.8
+    uncut_only_side: float = 0.0
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -122,6 +126,7 @@ class BinnedPlanes(SplitSet):
             )
         check_fields(self, ("max_overlap",), number, "0 to 1", 0.0, 1.0)
         check_fields(self, ("gap",), number, "a fraction of a leaf's cost, above 0 to 1", LEAST, 1.0)
+        check_fields(self, ("uncut_only_side",), number, "a multiple of the radius, 0 to 1e6", 0.0, 1e6)
         if 0 < self.gap_refs <= self.uncut_refs:
             raise InputError(
                 f"gap_refs={self.gap_refs} is for nodes of more than uncut_refs={self.uncut_refs} "
@@ -130,8 +135,8 @@ class BinnedPlanes(SplitSet):
 
     @property
     def tight_only(self) -> bool:
-        """Whether `uncut_refs` or `gap_refs` allows object splits, which need tight boxes."""
-        return self.uncut_refs > 0 or self.gap_refs > 0
+        """Whether a setting allows object splits, which need tight boxes."""
+        return self.uncut_refs > 0 or self.gap_refs > 0 or self.uncut_only_side > 0
 
     def for_any_primitive(self, boxes: BoxRule) -> tuple[SplitSet, ...]:
         """See `SplitSet`."""

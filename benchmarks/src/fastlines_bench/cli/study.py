@@ -13,6 +13,7 @@ from fastlines.scenes import NAMES
 
 from ..harness.internals import Group
 from ..studies.banner import make_banner
+from ..studies.beams import RADII, SIZES, print_beams, trees
 from ..studies.bounds import compare_with_bounds
 from ..studies.brightness import print_brightness
 from ..studies.budgets import SPAGHETTI, print_budgets
@@ -24,14 +25,14 @@ from ..studies.options import TABLES, print_options
 from ..studies.retraced import AIMS, SCENES, print_retraced
 from ..thesis.depths import C_TRAV
 from .app import app
-from .options import JsonFile, check_files, check_names, write_json
+from .options import JsonFile, check_counts, check_files, check_names, write_json
 
 study = typer.Typer(cls=Group, rich_markup_mode="rich")
 app.add_typer(
     study,
     name="study",
-    short_help="Studies of single questions: budgets, memory, options, bounds, retraced, lookahead, opening, frames, "
-    "brightness.",
+    short_help="Studies of single questions: budgets, memory, options, beams, bounds, retraced, lookahead, opening, "
+    "frames, brightness.",
 )
 
 
@@ -95,6 +96,31 @@ def options(
 ) -> None:
     """Print the gains and costs of options of the builder: whole splits, lanes, reinsertion, presplit, SBVH."""
     print_options(check_names("--table", "table", table, TABLES) or tuple(TABLES))
+
+
+@study.command()
+def beams(
+    segments: Annotated[str, typer.Option("--segments", metavar="N,…", help="The numbers of beams.")] = ",".join(
+        map(str, SIZES)
+    ),
+    radius: Annotated[str, typer.Option("--radius", "-r", metavar="R,…", help="The radii of queries.")] = ",".join(
+        map(str, RADII)
+    ),
+    tree: Annotated[
+        list[str] | None, typer.Option("--tree", metavar="NAME,…", help="Some of the trees; the default is all.")
+    ] = None,
+    json_file: JsonFile = None,
+) -> None:
+    """Print what trees over photon beams take to build, and to query with a picture of 512² pixels.
+
+    [cyan]fastlines-bench study beams[/]  three numbers of beams, each with nine trees: ten minutes
+
+    [cyan]fastlines-bench study beams --segments 1000000 --tree best,beams,bvh-cl --radius 0.002[/]
+    """
+    check_files(json_file)
+    sizes = check_counts("--segments", segments, 2**32 - 16, "36294,200000")
+    names = check_names("--tree", "tree", tree, trees(sizes[0]))
+    write_json(json_file, print_beams(sizes, _numbers("--radius", radius), names))
 
 
 @study.command()
