@@ -175,10 +175,9 @@ class Camera:
         tan_x, tan_y = self._tangents(width, height)
         right, up, forward = self.axes()
         across, upwards = (x * (2 / width) - 1) * tan_x, (1 - y * (2 / height)) * tan_y
-        # Compute column by column, because NumPy is slow along an axis of three.
         columns = [along + upwards * u + across * r for along, u, r in zip(forward, up, right, strict=True)]
         length = np.sqrt(sum(column * column for column in columns))
-        directions = np.stack([column / length for column in columns], axis=-1, dtype=np.float32, casting="same_kind")
+        directions = np.stack([(column / length).astype(np.float32) for column in columns], axis=-1)
         return self._origins(directions), directions, self.spread(height)
 
     def through_lens(
