@@ -34,7 +34,7 @@ def test_our_side_counts_its_rays(shape):
     picture, seconds = ours.render(2, seed=0)
     assert picture.mean() == pytest.approx(0.5, rel=0.01)  # a furnace
     assert 2 * seconds > sum(ours.tree.seconds.values()) > 0  # two threads at most, one for each sample
-    assert ours.tree.rays["first_hit"] > 2 * 24 * 24
+    assert ours.tree.rays["first_surface"] > 2 * 24 * 24
 
 
 @pytest.mark.skipif(not HAS_MITSUBA, reason="needs the package mitsuba")

@@ -148,6 +148,9 @@ def test_first_crossings_of_rays_that_start_in_overlapping_curves(at: str) -> No
     for kernel in KERNELS:
         assert_same(tree.first_hit(*rays, kernel=kernel, **options), expected)
         assert np.array_equal(tree.any_hit(*rays, kernel=kernel, **options), expected.hit)
+        surface = tree.first_surface(*rays, kernel=kernel, t_min=options["t_min"])
+        for name in ("t", "prim", "u"):
+            assert np.array_equal(getattr(surface, name), getattr(starts_inside, name)), name
 
 
 def test_the_distance_of_a_curve_is_its_least() -> None:
