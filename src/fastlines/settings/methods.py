@@ -62,8 +62,8 @@ LARGE = 2**18
 #: `min_spread` of "best": half the radius that it measures boxes with. A ray that hits one line then hits nearly all.
 MIN_SPREAD = 0.0005
 
-#: The planes of "best" with the least effort. In nodes of few radii, cuts add many references and save few tests.
-FAST_PLANES = BinnedPlanes(8, 128, 64, 0.6, sample=128, gap_refs=REF_LIMIT, gap=0.85, uncut_only_side=32.0)
+#: The planes of "best" with the least effort. In nodes of less than 16 radii, cuts add references and save few tests.
+FAST_PLANES = BinnedPlanes(8, 128, 64, 0.6, sample=128, gap_refs=REF_LIMIT, gap=0.85, uncut_only_side=16.0)
 
 #: The planes of "beams": only nodes of a quarter of the scene or more are cut.
 BEAM_PLANES = replace(FAST_PLANES, uncut_only_side=256.0)
