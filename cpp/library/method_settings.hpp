@@ -26,8 +26,8 @@ inline fastlines::Settings query_settings(const fastlines::BinnedPlanes& planes)
 /// `best`: the tree that queries are fastest on.
 inline fastlines::Settings best_settings(float effort) {
   using fastlines::BinnedPlanes;
-  return query_settings(effort < 0.25f   ? BinnedPlanes{8, 128, 64, 0.6, 128, kMaxRefs, 0.85, 32.0}
-                        : effort < 0.75f ? BinnedPlanes{16, 128, 64, 0.6, 512, kMaxRefs, 0.8, 16.0}
+  return query_settings(effort < 0.25f   ? BinnedPlanes{8, 128, 64, 0.6, 128, kMaxRefs, 0.85}
+                        : effort < 0.75f ? BinnedPlanes{16, 128, 64, 0.6, 512, kMaxRefs, 0.8}
                                          : BinnedPlanes{effort < 0.875f ? 16 : 32, 128, 32, 0.0, 0, 0, 0.8});
 }
 

@@ -62,8 +62,8 @@ LARGE = 2**18
 #: `min_spread` of "best": half the radius that it measures boxes with. A ray that hits one line then hits nearly all.
 MIN_SPREAD = 0.0005
 
-#: The planes of "best" with the least effort. In nodes of few radii, cuts add many references and save few tests.
-FAST_PLANES = BinnedPlanes(8, 128, 64, 0.6, sample=128, gap_refs=REF_LIMIT, gap=0.85, uncut_only_side=32.0)
+#: The planes of "best" with the least effort.
+FAST_PLANES = BinnedPlanes(8, 128, 64, 0.6, sample=128, gap_refs=REF_LIMIT, gap=0.85)
 
 #: The planes of "beams": only nodes of a quarter of the scene or more are cut.
 BEAM_PLANES = replace(FAST_PLANES, uncut_only_side=256.0)
@@ -93,7 +93,7 @@ def best_settings(
         if effort < 0.25:
             return _for_queries(FAST_PLANES)
         if effort < 0.75:
-            return _for_queries(BinnedPlanes(16, 128, 64, 0.6, sample=512, gap_refs=REF_LIMIT, uncut_only_side=16.0))
+            return _for_queries(BinnedPlanes(16, 128, 64, 0.6, sample=512, gap_refs=REF_LIMIT))
         return _for_queries(BinnedPlanes(16 if effort < 0.875 else 32, 128, 32))
     octets = BinnedPlanes(8 * 2 ** round(4 * effort), 16 if boxes == "tight" else 0)
     cost = Cost(C_TRAV[boxes]) if cost is None else cost

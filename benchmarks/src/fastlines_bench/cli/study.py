@@ -113,7 +113,7 @@ def beams(
 ) -> None:
     """Print what trees over photon beams take to build, and to query with a picture of 512² pixels.
 
-    [cyan]fastlines-bench study beams[/]  three numbers of beams, each with nine trees: ten minutes
+    [cyan]fastlines-bench study beams[/]  three numbers of beams, each with eight trees: ten minutes
 
     [cyan]fastlines-bench study beams --segments 1000000 --tree best,beams,bvh-cl --radius 0.002[/]
     """

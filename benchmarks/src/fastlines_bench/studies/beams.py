@@ -27,7 +27,7 @@ RADII = (0.001, 0.002, 0.005)
 SIDE, N_RAYS, N_RANDOM = 512, 1 << 15, 1 << 12
 
 #: Bounds on the nodes that planes cut, in radii of the hint.
-SIDES = (0, 16, 32, 64, 128, 512)
+SIDES = (16, 32, 64, 128, 512)
 
 
 def trees(n_beams: int) -> dict[str, dict[str, Any]]:
