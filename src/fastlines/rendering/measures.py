@@ -32,6 +32,8 @@ class Measure:
         The numbers at both ends of the map; by default 0 and the 99 % quantile of the pixels that are not 0.
     backdrop : Backdrop
         What is behind pixels of 0.
+    least_radius : float
+        The least radius that a picture chooses, in pixels: with a smaller one, lines between two rays are missed.
     """
 
     name: str
@@ -40,6 +42,7 @@ class Measure:
     map: str
     range: tuple[float, float] | None = None
     backdrop: Backdrop = NIGHT
+    least_radius: float = 0.0
 
 
 def _hits(tree: Tree, origins: FloatArray, directions: FloatArray, radius: float) -> IntArray:
@@ -58,6 +61,6 @@ def _density(tree: Tree, origins: FloatArray, directions: FloatArray, radius: fl
 #: The measures by name.
 MEASURES = {
     "hits": Measure("hits", "hits per ray", _hits, "viridis"),
-    "density": Measure("density", "length of lines per area", _density, "gray"),
+    "density": Measure("density", "length of lines per area", _density, "gray", least_radius=1.0),
     "work": Measure("work", "nodes visited per ray", visited_nodes, "inferno"),
 }

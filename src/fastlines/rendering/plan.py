@@ -39,6 +39,7 @@ from .looks.table import PAPER
 from .measures import MEASURES, Measure
 from .pictures.options import NUMBERS, OWN_FLAT, OWN_LIT, PictureRequest, check_options
 from .shading.depth import SIZE, check_radius, check_size
+from .shading.depth_tone import pixel_size
 from .shading.lighting import Rig, find_rig
 from .shading.own_frame import moved
 from .suitable_radius import THICKEST, THICKEST_HAIR, suitable_radius
@@ -216,6 +217,7 @@ def plan_picture(
     if is_suitable:
         thickest = THICKEST_HAIR if _is_hair(look) else THICKEST
         radius = suitable_radius(tree, camera, thickest) if len(geometry) else 0.0
+        radius = max(radius, getattr(look, "least_radius", 0.0) * pixel_size(geometry, camera, height))
     radius = check_radius(tree, radius)
     if not geometry.takes_radius:
         warn_of_radius(geometry, radius)
