@@ -139,6 +139,28 @@ def test_lights_emit_their_power_where_they_should():
     )
 
 
+def under_a_roof(width):
+    """Return a scene with the sun above a black roof, which is above the medium."""
+    roof = fl.Boxes([[[-1, 3, -1], [width - 1, 3.1, 1]]])
+    sun = DirectionalLight((0, -1, 0), 3)
+    return BeamScene(HomogeneousMedium(0, 1e-3), [sun], [(roof, Diffuse(0))], box=BOX)
+
+
+def test_a_roof_takes_all_light_of_the_sun():
+    with pytest.raises(fl.InputError, match="none of 1,000 photons flies through the medium"):
+        trace_photons(under_a_roof(2.0), 1000)
+
+
+def test_half_a_roof_takes_half_of_the_light_of_the_sun():
+    scene = under_a_roof(1.0)
+    assert scene.bounds.tolist() == [[-1, -1, -1], pytest.approx([1, 3.1, 1])]
+    beams = trace_photons(scene, 20_000, kind="long", max_scatterings=0)
+    assert beams.energy.emitted[0] == pytest.approx(3 * np.pi * (2**2 + 4.1**2 + 2**2) / 4)
+    assert beams.energy.absorbed_by_surfaces[0] == pytest.approx(3 * 2, rel=0.05)
+    assert beams.power[:, 0].sum() / beams.n_paths == pytest.approx(3 * 2, rel=0.05)
+    assert beams.lines.segments[..., 0].min() > 0
+
+
 def test_a_mesh_of_glass_is_as_the_sphere():
     """A closed mesh refracts by the order of its corners."""
     box = fl.Boxes([[[-0.5, -0.5, -0.5], [0.5, 0.5, 0.5]]])
