@@ -57,8 +57,8 @@ class BeamMap:
     method : str, optional
         The tree to build; see `fastlines.build`.
     own_radius : float, optional
-        Give each beam a radius at each end that suits how dense beams are there, from a quarter of this to four times
-        this: the distance to the nearest 16 others, times `scale`. Beams are round cones then.
+        Give each beam a radius that suits how dense beams are around it, from a quarter of this to four times this: the
+        geometric mean, over its ends, of the distance to the nearest 16 others, times `scale`.
     scale : float
 
     Attributes
@@ -104,8 +104,9 @@ class BeamMap:
             check_radius("own_radius", own_radius)
             number("scale", scale, "a number above 0", LEAST)
             widest = own_radius * WIDEST
-            own = self._distances(widest / scale) * scale
-            self.lines = self.lines.with_radius(np.clip(own, own_radius / WIDEST, widest))
+            near_ends = np.clip(self._distances(widest / scale) * scale, own_radius / WIDEST, widest)
+            # One radius for both ends: the kernel of a cone would lose light.
+            self.lines = self.lines.with_radius(np.sqrt(near_ends.prod(axis=1)))
             self.tree = build(self.lines, method)
         self.g = scene.medium.g or None
         of_power = sources.scattered / beams.n_paths * (1.0 if self.g else 0.25 / np.pi)

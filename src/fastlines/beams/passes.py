@@ -51,7 +51,7 @@ class PassSettings:
         How slowly the radius shrinks: above 0, and 1 keeps it.
     beams : {"short", "long"}
     adapt : bool
-        Give each beam a radius at each end that suits how dense beams are there, around that of the pass.
+        Give each beam a radius that suits how dense beams are around it, near that of the pass.
     blur : {"box", "epanechnikov"}
     estimator : {"beam", "point"}
     points : int

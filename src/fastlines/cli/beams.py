@@ -55,7 +55,7 @@ def beams(
         bool, Option("--long", help="Make beams that end at surfaces, rather than where photons collide.")
     ] = False,
     adapt: Annotated[
-        bool, Option("--adapt", help="Give each beam a radius that suits how dense beams are at each of its ends.")
+        bool, Option("--adapt", help="Give each beam a radius that suits how dense beams are around it.")
     ] = False,
     blur: Annotated[str, Option(metavar="NAME", help="The kernel of the blur: box or epanechnikov.")] = "box",
     estimator: Annotated[
