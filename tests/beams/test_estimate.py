@@ -125,6 +125,27 @@ def test_a_grid_scatters_as_the_integral_says(kind):
     assert_agrees(passes(scene, 12, 0.03, n_paths=n_paths, kind=kind), np.array(expected), bias=0.02)
 
 
+def test_pieces_in_a_dense_voxel_are_few_and_keep_all_light():
+    """A beam that is all scattered within a piece has scattered its power, times the albedo."""
+    density = np.zeros((8, 8, 8))
+    density[4, 4, 4] = 1e6
+    grid = GridMedium(density, BOX, 0.2, 0.8)
+    through = np.array([[[-1, 0.125, 0.125], [1, 0.125, 0.125]]], np.float32)
+    sources = grid.sources(np.repeat(through, 20, axis=0), grid.extinction)
+    assert len(sources.segments) <= 20 * 8 * 2 * 8
+    lengths = np.linalg.norm(np.diff(sources.segments, axis=1)[:, 0], axis=1)
+    assert (sources.scattered * lengths[:, None]).sum(axis=0) / 20 == pytest.approx([0.8] * 3)
+
+
+def test_depths_of_a_fine_grid_are_looked_up_in_parts(monkeypatch):
+    grid = GridMedium(np.random.default_rng(1).random((6, 5, 4)), BOX, 0.2, 0.8)
+    scene = BeamScene(grid, [LIGHT])
+    whole = passes(scene, 1, 0.1, n_paths=300)
+    monkeypatch.setattr("fastlines.beams.estimate.DEPTHS_AT_A_TIME", 1)
+    monkeypatch.setattr("fastlines.beams.grid_medium.LOOKUPS", 1)
+    assert (passes(scene, 1, 0.1, n_paths=300) == whole).all()
+
+
 def cut(beams, n, scene):
     """Cut each beam into n pieces, whose power is what is left of it."""
     start, end = np.moveaxis(beams.lines.segments.astype(np.float64), 1, 0)

@@ -40,8 +40,8 @@ ESTIMATORS = ("beam", "point")
 NEIGHBOURS, WIDEST = 16, 4.0
 #: How many points the point × beam estimate takes on each leg of a ray.
 POINTS = 16
-#: How many rays are gathered at a time, for the depths of a medium on a grid.
-RAYS_AT_A_TIME = 1 << 16
+#: How many depths of rays in a medium on a grid are tabled at a time, each in three channels.
+DEPTHS_AT_A_TIME = 1 << 22
 #: How many points are looked up at a time.
 POINTS_AT_A_TIME = 1 << 17
 
@@ -180,8 +180,9 @@ class BeamMap:
     def light_along(self, legs: Legs, radius: float, blur: str) -> Float64Array:
         """Return the light of the beams that legs cross, (n, 3), at the origin of each: beam × beam."""
         light = np.empty((len(legs.rays), 3))
-        for begin in range(0, len(light), RAYS_AT_A_TIME):
-            rows = slice(begin, begin + RAYS_AT_A_TIME)
+        at_a_time = max(DEPTHS_AT_A_TIME // self.scene.medium.n_steps, 1)
+        for begin in range(0, len(light), at_a_time):
+            rows = slice(begin, begin + at_a_time)
             part = legs.some(rows)
             found = self.tree.gather(
                 part.origins,

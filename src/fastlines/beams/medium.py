@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, NamedTuple, Protocol
+from typing import Any, ClassVar, NamedTuple, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -56,7 +56,7 @@ class Sources(NamedTuple):
     beam : (m,) int or None
         The beam that each is a piece of; None if no beam is cut.
     scattered : (m, 3) or (3,) float64
-        σ_s there; of a piece, times what is left of the power at its middle.
+        σ_s there; of a piece, times the mean of what is left of the power along it.
     decay : (3,) float64
         The extinction that is left to apply along each.
     """
@@ -76,6 +76,8 @@ class Medium(Protocol):
         σ_a and σ_s per unit of length, where the density is 1.
     g : float
         The mean cosine of the angle of scattering.
+    n_steps : int
+        How many depths `gather_options` returns for each ray; 1 if it returns none.
     """
 
     @property
@@ -89,6 +91,10 @@ class Medium(Protocol):
     @property
     def g(self) -> float:
         """The mean cosine."""
+
+    @property
+    def n_steps(self) -> int:
+        """The number of depths of a ray."""
 
     @property
     def extinction(self) -> Float64Array:
@@ -193,6 +199,7 @@ class HomogeneousMedium(Coefficients):
     absorption: Vector
     scattering: Vector
     g: float = 0.0
+    n_steps: ClassVar[int] = 1
 
     def __init__(self, absorption: npt.ArrayLike, scattering: npt.ArrayLike, g: float = 0.0) -> None:
         for name, value in (("absorption", absorption), ("scattering", scattering), ("g", g)):
