@@ -29,6 +29,8 @@ from fastlines.beams import (
 FOG, LIGHT, BOX = HomogeneousMedium(0, 1), PointLight((0, 0, 0), 1), [[-1, -1, -1], [1, 1, 1]]
 NAN_GRID = np.full((2, 2, 2), np.nan)
 SCENE = BeamScene(FOG, [LIGHT], box=BOX)
+BALL = fl.Spheres.from_centres([[0.5, 0.5, 0.5]], radius=0.2)
+MIRRORED = BeamScene(FOG, [LIGHT], [(BALL, Mirror())], box=BOX)
 
 
 @pytest.mark.parametrize(
@@ -90,6 +92,15 @@ SCENE = BeamScene(FOG, [LIGHT], box=BOX)
         (lambda: render(example("point-light"), blur="none"), "blur='none'"),
         (lambda: render(example("point-light"), estimator="line"), "estimator='line'"),
         (lambda: single_scattering(example("glass-sphere"), [0, 0, 0], [0, 0, 1]), "for one PointLight"),
+        (lambda: single_scattering(MIRRORED, [0.1, 0, -3], [0, 0, 1]), "in a scene without surfaces"),
+        (
+            lambda: single_scattering(BeamScene(FOG, [PointLight((2, 0, 0), 1)], box=BOX), [0, 0, -3], [0, 0, 1]),
+            r"the light at \(2.0, 0.0, 0.0\) is outside of the box",
+        ),
+        (
+            lambda: single_scattering(SCENE, [[0.1, 0, -3], [0.3, 0.6, 0.9]], [[0, 0, 1], [1, 2, 3]]),
+            "1 of 2 rays lie on a line through the light .*1",
+        ),
         (lambda: single_scattering(SCENE, [0, 0, 0], [0, 0, 0]), "1 of 1 rays are not finite, or have no direction"),
         (lambda: single_scattering(SCENE, [0, 0], [0, 0, 1]), r"shapes \(2,\) and \(3,\)"),
         (
