@@ -68,6 +68,10 @@ MIRRORED = BeamScene(FOG, [LIGHT], [(BALL, Mirror())], box=BOX)
             "surface 0 has no primitives",
         ),
         (
+            lambda: BeamScene(FOG, [LIGHT], [(BALL, Glass()), (fl.Boxes([BOX]), Glass(1.3))]),
+            "surface 0 is inside of surface 1, and both are of Glass",
+        ),
+        (
             lambda: BeamScene(GridMedium(np.ones((2, 2, 2)), BOX, 0, 1), [LIGHT], box=[[2, 2, 2], [3, 3, 3]]),
             "the common part of box and of that of the medium",
         ),

@@ -113,6 +113,12 @@ def test_photons_stay_out_of_where_the_grid_is_empty():
     assert beams.lines.segments[first][collided, 1, 2].max() < 0  # below the centres of the first empty voxels
 
 
+def test_glass_that_touches_other_glass_is_not_in_it():
+    two = [[[-1, -1, -1], [0, 1, 1]]], [[[0, -1, -1], [1, 1, 1]]]
+    scene = BeamScene(RGB_FOG, LIGHTS, [(fl.Boxes(box), Glass()) for box in two])
+    assert len(scene.surfaces.materials) == 2
+
+
 def test_there_is_no_medium_in_glass():
     scene = BeamScene(HomogeneousMedium(0.5, 2), LIGHTS[:1], [(BALL, Glass())], box=BOX)
     beams = trace_photons(scene, 3000)
