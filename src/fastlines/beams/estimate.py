@@ -24,6 +24,7 @@ from ..arrays import LEAST, FloatArray, choice, count, number
 from ..builder import build
 from ..errors import InputError
 from ..geometry.lines import Lines
+from ..progress import ProgressCallback, staged
 from ..support.counter_random import Float64Array, UInt64Array, random_bits, uniform
 from ..support.vectors import dot
 from ..tree import Tree
@@ -132,6 +133,7 @@ class BeamMap:
         blur: str = "box",
         estimator: str = "beam",
         points: int = POINTS,
+        progress: ProgressCallback | None = None,
     ) -> Float64Array:
         """Estimate the radiance that arrives along rays, through mirrors and glass.
 
@@ -148,6 +150,8 @@ class BeamMap:
             Beam × beam, with a kernel of one dimension, or point × beam, with one of two.
         points : int
             How many points the latter takes on each leg of a ray.
+        progress : callable, optional
+            Is called with the fraction that is done.
 
         Returns
         -------
@@ -163,27 +167,33 @@ class BeamMap:
         if radius is not None or not self.is_adapted:
             check_radius("radius", radius)
         check_estimate(blur, estimator, points, self.is_adapted)
-        radius = 0.0 if radius is None else radius
         starts, ways = unit_rays(origins, directions)
         keys = random_bits(0, np.arange(len(starts))) if keys is None else keys
         light = np.zeros((len(starts), 3))
-        for legs in camera_legs(self.scene, starts, ways, keys):
-            if estimator == "beam":
-                found = self.light_along(legs, radius, blur)
+        for i, legs in enumerate(camera_legs(self.scene, starts, ways, keys)):
+            # The number of legs is unknown: each takes half of what is left of the progress.
+            step = staged(progress, 1 - 0.5**i, 1 - 0.5 ** (i + 1))
+            if radius is None or estimator == "beam":
+                found = self.light_along(legs, radius, blur, step)
             else:
-                found = self._around(legs, radius, blur, keys[legs.rays], points)
+                found = self._around(legs, radius, blur, keys[legs.rays], points, step)
             arriving = legs.throughput * found
             for channel in range(3):
                 light[:, channel] += np.bincount(legs.rays, arriving[:, channel], len(light))
+        if progress is not None:
+            progress(1.0)
         return light
 
-    def light_along(self, legs: Legs, radius: float, blur: str) -> Float64Array:
+    def light_along(
+        self, legs: Legs, radius: float | None, blur: str, progress: ProgressCallback | None = None
+    ) -> Float64Array:
         """Return the light of the beams that legs cross, (n, 3), at the origin of each: beam × beam."""
         light = np.empty((len(legs.rays), 3))
         at_a_time = max(DEPTHS_AT_A_TIME // self.scene.medium.n_steps, 1)
         for begin in range(0, len(light), at_a_time):
             rows = slice(begin, begin + at_a_time)
             part = legs.some(rows)
+            end = min(begin + at_a_time, len(light))
             found = self.tree.gather(
                 part.origins,
                 part.directions,
@@ -193,12 +203,21 @@ class BeamMap:
                 blur=blur,
                 phase=self.g,
                 line_sigma=self.decay,
+                progress=staged(progress, begin / len(light), end / len(light)) or False,
                 **self.scene.medium.gather_options(part.origins, part.directions, part.lengths),
             )
             light[rows] = found.sum
         return light
 
-    def _around(self, legs: Legs, radius: float, blur: str, keys: UInt64Array, points: int) -> Float64Array:
+    def _around(
+        self,
+        legs: Legs,
+        radius: float,
+        blur: str,
+        keys: UInt64Array,
+        points: int,
+        progress: ProgressCallback | None,
+    ) -> Float64Array:
         """Return the light of the beams around random points of legs, one in each equal part: point × beam."""
         light = np.zeros((len(legs.rays), 3))
         at_a_time = max(POINTS_AT_A_TIME // points, 1)
@@ -213,6 +232,8 @@ class BeamMap:
             passed = self.scene.medium.transmittance(starts, ways, t) * (part.lengths / points)[leg, None]
             scattered = self._scattered_at(starts + t[:, None] * ways, ways, radius, blur)
             light[rows] = (passed * scattered).reshape(-1, points, 3).sum(axis=1)
+            if progress is not None:
+                progress(min(begin + at_a_time, len(light)) / len(light))
         return light
 
     def _scattered_at(self, places: Float64Array, ways: Float64Array, radius: float, blur: str) -> Float64Array:
