@@ -84,8 +84,8 @@ def test_short_beams_are_exponential_and_long_ones_end_at_the_box():
     short = trace_photons(scene, 20_000, max_scatterings=0)
     length = np.linalg.norm(np.diff(short.lines.segments, axis=1)[:, 0], axis=1)
     inside = np.abs(short.lines.segments[:, 1]).max(axis=1) < 1 - 1e-6
-    for reach in (0.2, 0.5, 0.9):
-        assert (length > reach).mean() == pytest.approx(np.exp(-2 * reach), abs=0.01)
+    for least in (0.2, 0.5, 0.9):
+        assert (length > least).mean() == pytest.approx(np.exp(-2 * least), abs=0.01)
     assert inside.mean() > 0.5
     assert (short.decay == 0).all()
     long = trace_photons(scene, 100, kind="long", max_scatterings=0)

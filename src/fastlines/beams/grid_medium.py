@@ -49,7 +49,7 @@ class GridMedium(Coefficients):
     Examples
     --------
     >>> smoke = GridMedium(np.ones((2, 2, 2)), [[0, 0, 0], [1, 1, 1]], absorption=0, scattering=2)
-    >>> t, depth = smoke.reach(np.zeros((1, 3)), np.array([[1.0, 0.0, 0.0]]), np.array([1.0]), np.array([0.25]))
+    >>> t, depth = smoke.distance_at(np.zeros((1, 3)), np.array([[1.0, 0.0, 0.0]]), np.array([1.0]), np.array([0.25]))
     >>> t.tolist(), depth.tolist()
     ([0.25], [0.25])
     """
@@ -125,7 +125,7 @@ class GridMedium(Coefficients):
             np.cumsum(steps, axis=1, out=columns[:, 1:])
             yield rows, columns
 
-    def reach(
+    def distance_at(
         self, origins: Float64Array, directions: Float64Array, lengths: Float64Array, depths: Float64Array
     ) -> tuple[Float64Array, Float64Array]:
         """See `Medium`."""

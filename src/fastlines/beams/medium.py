@@ -36,14 +36,14 @@ class Flights(NamedTuple):
         Whether it ends at a collision.
     weight : (n, 3) float64
         By what the power is multiplied.
-    reach : (n,) float64
+    beam_length : (n,) float64
         The length of its short beam, which is not less than t.
     """
 
     t: Float64Array
     collides: BoolArray
     weight: Float64Array
-    reach: Float64Array
+    beam_length: Float64Array
 
 
 class Sources(NamedTuple):
@@ -100,10 +100,10 @@ class Medium(Protocol):
     def extinction(self) -> Float64Array:
         """σ_t, (3,) float64."""
 
-    def reach(
+    def distance_at(
         self, origins: Float64Array, directions: Float64Array, lengths: Float64Array, depths: Float64Array
     ) -> tuple[Float64Array, Float64Array]:
-        """Return where paths, (n,), reach column depths, at most their length; and the column depth there."""
+        """Return the distance at which paths have column depths, (n,), or their length; and the column depth there."""
 
     def gather_options(
         self, origins: Float64Array, directions: Float64Array, lengths: Float64Array
@@ -134,19 +134,19 @@ def fly(
     least = extinction.min()
     depth = -np.log1p(-uniform(keys, 0))
     if extinction.max() == least:
-        t, _ = medium.reach(origins, directions, lengths, depth / least)
+        t, _ = medium.distance_at(origins, directions, lengths, depth / least)
         return Flights(t, t < lengths, np.ones((len(t), 3)), t)
     # Choose a channel, and weight the power by how likely each channel is to fly so.
     chosen = np.minimum((uniform(keys, 1) * 3).astype(np.int64), 2)
     with np.errstate(divide="ignore"):
         ends = np.where(extinction > 0, depth[:, None] / extinction, np.inf)
-    t, column = medium.reach(origins, directions, lengths, ends[np.arange(len(ends)), chosen])
+    t, column = medium.distance_at(origins, directions, lengths, ends[np.arange(len(ends)), chosen])
     collides = t < lengths
     passed = np.exp(-column[:, None] * extinction)
     density = np.where(collides[:, None], extinction, 1.0) * passed
     weight = density / density.mean(axis=1, keepdims=True)
-    reach, _ = medium.reach(origins, directions, lengths, ends.max(axis=1))
-    return Flights(t, collides, weight, reach)
+    beam_length, _ = medium.distance_at(origins, directions, lengths, ends.max(axis=1))
+    return Flights(t, collides, weight, beam_length)
 
 
 class Coefficients:
@@ -206,7 +206,7 @@ class HomogeneousMedium(Coefficients):
             object.__setattr__(self, name, value)
         self._check()
 
-    def reach(
+    def distance_at(
         self, origins: Float64Array, directions: Float64Array, lengths: Float64Array, depths: Float64Array
     ) -> tuple[Float64Array, Float64Array]:
         """See `Medium`; column depth is length."""

@@ -258,8 +258,8 @@ class _Tracer:
         directions, lengths = photons.directions[rows], (end - begin)[rows]
         start = photons.origins[rows] + begin[rows, None] * directions
         flights = fly(self.scene.medium, start, directions, lengths, keys[rows])
-        reach = lengths if self.kind == "long" else flights.reach
-        ends = np.stack([start, start + reach[:, None] * directions], axis=1).astype(np.float32)
+        beam_lengths = lengths if self.kind == "long" else flights.beam_length
+        ends = np.stack([start, start + beam_lengths[:, None] * directions], axis=1).astype(np.float32)
         self.beams.append((ends, photons.power[rows].astype(np.float32), photons.path[rows]))
 
         after = photons.power[rows] * flights.weight

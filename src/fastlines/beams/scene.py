@@ -66,7 +66,7 @@ class BeamScene:
         camera: Camera | None = None,
         box: npt.ArrayLike | None = None,
     ) -> None:
-        if not hasattr(medium, "reach"):
+        if not hasattr(medium, "distance_at"):
             raise InputError(f"medium is {kind_of(medium)}; expected fl.beams.HomogeneousMedium or GridMedium")
         several = tuple(lights) if isinstance(lights, Sequence) else (lights,)
         if not several or not all(hasattr(light, "emit") for light in several):
