@@ -92,7 +92,7 @@ MIRRORED = BeamScene(FOG, [LIGHT], [(BALL, Mirror())], box=BOX)
         (lambda: render(example("point-light"), alpha=0), "alpha=0"),
         (lambda: render(example("point-light"), passes=0), "passes=0"),
         (lambda: render(example("point-light"), width=0), "width=0"),
-        (lambda: render(example("point-light"), beams="wide"), "beams='wide'"),
+        (lambda: render(example("point-light"), kind="wide"), "kind='wide'"),
         (lambda: render(example("point-light"), blur="none"), "blur='none'"),
         (lambda: render(example("point-light"), estimator="line"), "estimator='line'"),
         (lambda: single_scattering(example("glass-sphere"), [0, 0, 0], [0, 0, 1]), "for one PointLight"),

@@ -11,7 +11,7 @@ import fastlines as fl
 from fastlines.beams import BeamPicture, BeamScene, GridMedium, Passes, PassSettings, PointLight, example, render
 from fastlines.beams.passes import TRACING
 
-SMALL = {"width": 12, "height": 9, "paths": 300}
+SMALL = {"width": 12, "height": 9, "n_paths": 300}
 
 
 def added(n, **settings):

@@ -43,13 +43,14 @@ class PassSettings:
     ----------
     width, height : int
         Of the picture, in pixels.
-    paths : int
+    n_paths : int
         How many photons each pass emits.
     radius : float, optional
         Of the blur in the first pass, in the unit of the coordinates; by default 1/200 of the box's longest side.
     alpha : float
         How slowly the radius shrinks: above 0, and 1 keeps it.
-    beams : {"short", "long"}
+    kind : {"short", "long"}
+        Of beams; see `trace_photons`.
     adapt : bool
         Give each beam a radius that suits how dense beams are around it, near that of the pass.
     blur : {"box", "epanechnikov"}
@@ -66,10 +67,10 @@ class PassSettings:
 
     width: int = 512
     height: int = 512
-    paths: int = 50_000
+    n_paths: int = 50_000
     radius: float | None = None
     alpha: float = 0.7
-    beams: str = "short"
+    kind: str = "short"
     adapt: bool = False
     blur: str = "box"
     estimator: str = "beam"
@@ -79,14 +80,14 @@ class PassSettings:
     method: str | None = None
 
     def __post_init__(self) -> None:
-        for name in ("width", "height", "paths"):
+        for name in ("width", "height", "n_paths"):
             count(name, getattr(self, name), 1)
         if self.radius is not None:
             check_radius("radius", self.radius)
         check_estimate(self.blur, self.estimator, self.points, self.adapt)
         number("alpha", self.alpha, "a number above 0 and at most 1", 1e-6, 1.0)
         count("seed", self.seed, 0)
-        choice("beams", self.beams, KINDS)
+        choice("kind", self.kind, KINDS)
         if self.method is not None:
             method_settings(self.method)
 
@@ -114,8 +115,8 @@ def map_pass(
     """
     beams = trace_photons(
         scene,
-        settings.paths,
-        kind=settings.beams,
+        settings.n_paths,
+        kind=settings.kind,
         seed=settings.seed,
         pass_number=pass_number,
         max_scatterings=settings.max_scatterings,
@@ -146,7 +147,7 @@ class Passes:
     Examples
     --------
     >>> import fastlines as fl
-    >>> passes = Passes(fl.beams.example("point-light"), width=16, height=16, paths=1000)
+    >>> passes = Passes(fl.beams.example("point-light"), width=16, height=16, n_paths=1000)
     >>> for _ in range(3):
     ...     passes.add()
     >>> passes.picture()
@@ -215,8 +216,8 @@ class Passes:
             raise InputError("there is no pass yet, so there is no picture; call add() first")
         mean = total / done
         spread = np.maximum(squares / done - mean**2, 0) / (done - 1) if done > 1 else np.full(mean.shape, np.nan)
-        paths = done * self.settings.paths
-        return BeamPicture(mean.astype(np.float32), spread.astype(np.float32), done, paths, self.radius)
+        n_paths = done * self.settings.n_paths
+        return BeamPicture(mean.astype(np.float32), spread.astype(np.float32), done, n_paths, self.radius)
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the passes so far to a .npz file, from which `resume` goes on; it appears whole or not at all."""

@@ -25,7 +25,7 @@ NAME = "photonbeams"
 #: How many rays of the camera are traced at a time.
 RAYS = 1 << 21
 #: The parameters of the integrator that are fields of `PassSettings`.
-PASS_PARAMETERS = ("paths", "radius", "adapt", "alpha", "beams", "blur", "max_scatterings", "method")
+PASS_PARAMETERS = ("n_paths", "radius", "adapt", "alpha", "kind", "blur", "max_scatterings", "method")
 
 
 @cache
