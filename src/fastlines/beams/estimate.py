@@ -26,6 +26,7 @@ from ..errors import InputError
 from ..geometry.lines import Lines
 from ..progress import ProgressCallback, staged
 from ..support.counter_random import Float64Array, UInt64Array, random_bits, uniform
+from ..support.phase_function import phase_function
 from ..support.vectors import dot
 from ..tree import Tree
 from .camera_paths import Legs, camera_legs
@@ -249,8 +250,7 @@ class BeamMap:
         along = segments[:, 1] - segments[:, 0]
         length = np.sqrt(dot(along, along))
         if self.g:
-            cosine = -dot(ways[point], along) / length
-            kernel *= (1 - self.g**2) / (4 * np.pi * (1 + self.g**2 - 2 * self.g * cosine) ** 1.5)
+            kernel *= phase_function(self.g, -dot(ways[point], along) / length)
         light = self.values[prim] * np.exp(-(u * length)[:, None] * self.decay) * kernel[:, None]
         return np.stack([np.bincount(point, light[:, i], len(places)) for i in range(3)], axis=1)
 

@@ -21,8 +21,9 @@ from ..errors import InputError
 from ..geometry.lines import Lines
 from ..progress import ProgressOption, reporting
 from ..support.counter_random import Float64Array, UInt64Array, random_bits, uniform
+from ..support.phase_function import scattering_cosine
 from ..support.texts import counted
-from ..support.unit_directions import scattering_cosine, turned
+from ..support.unit_directions import turned
 from .coefficients import BoolArray
 from .medium import fly
 from .scene import BeamScene

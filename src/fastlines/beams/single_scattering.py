@@ -17,6 +17,7 @@ import numpy.typing as npt
 from ..arrays import list_rows
 from ..errors import InputError
 from ..support.counter_random import Float64Array
+from ..support.phase_function import phase_function
 from ..support.vectors import dot
 from .coefficients import unit_rays
 from .lights import PointLight
@@ -94,8 +95,7 @@ def single_scattering(
     r = height[:, None] / np.cos(angle)
 
     # Light flies from the light to the ray, and turns towards the origin of the ray.
-    cosine, g = -np.sin(angle), medium.g
-    phase = (1 - g**2) / (4 * np.pi * (1 + g**2 - 2 * g * cosine) ** 1.5)
+    phase = phase_function(medium.g, -np.sin(angle))
     passed = np.exp(-(t + r)[..., None] * medium.extinction) * phase[..., None]
     integral = (passed * weights[:, None]).sum(axis=1) * ((last - first) / (2 * height))[:, None]
     return np.asarray(integral * medium.scattering * light.power / (4 * np.pi))
