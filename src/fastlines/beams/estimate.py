@@ -34,6 +34,8 @@ from .coefficients import unit_rays
 from .photons import Beams
 from .scene import BeamScene
 
+#: The tree over the beams of a pass, which serves a single gather.
+METHOD = "beams"
 #: The kernels of the blur.
 BLURS = ("box", "epanechnikov")
 #: The estimators.
@@ -56,8 +58,8 @@ class BeamMap:
     scene : BeamScene
     beams : Beams
         Of `trace_photons`.
-    method : str, optional
-        The tree to build; see `fastlines.build`.
+    method : str
+        The tree to build; see `fastlines.METHODS`.
     own_radius : float, optional
         Give each beam a radius that suits how dense beams are around it, from a quarter of this to four times this: the
         geometric mean, over its ends, of the distance to the nearest 16 others, times `scale`.
@@ -91,7 +93,7 @@ class BeamMap:
         self,
         scene: BeamScene,
         beams: Beams,
-        method: str | None = None,
+        method: str = METHOD,
         *,
         own_radius: float | None = None,
         scale: float = 1.0,

@@ -23,7 +23,7 @@ from ..rendering.state import describe, read_state, write_state
 from ..settings.methods import method_settings
 from ..support.counter_random import Float64Array, random_bits, uniform
 from .beam_picture import BeamPicture
-from .estimate import POINTS, BeamMap, check_estimate, check_radius
+from .estimate import METHOD, POINTS, BeamMap, check_estimate, check_radius
 from .photons import KINDS, trace_photons
 from .scene import BeamScene
 
@@ -61,8 +61,8 @@ class PassSettings:
         See `trace_photons`.
     seed : int
         Another one gives other photons and rays.
-    method : str, optional
-        The tree to build; see `fastlines.build`.
+    method : str
+        The tree to build; see `fastlines.METHODS`.
     """
 
     width: int = 512
@@ -77,7 +77,7 @@ class PassSettings:
     points: int = POINTS
     max_scatterings: int | None = None
     seed: int = 0
-    method: str | None = None
+    method: str = METHOD
 
     def __post_init__(self) -> None:
         for name in ("width", "height", "n_paths"):
@@ -88,8 +88,7 @@ class PassSettings:
         number("alpha", self.alpha, "a number above 0 and at most 1", 1e-6, 1.0)
         count("seed", self.seed, 0)
         choice("kind", self.kind, KINDS)
-        if self.method is not None:
-            method_settings(self.method)
+        method_settings(self.method)
 
     def radius_of(self, scene: BeamScene, pass_number: int) -> float:
         """Return the radius of a pass; the first is number 0.

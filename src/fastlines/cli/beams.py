@@ -65,9 +65,7 @@ def beams(
     exposure: Annotated[
         float | None, Option(help="Brighten a .png by 2 to this power; chosen by default.", show_default=False)
     ] = None,
-    method: Annotated[
-        str | None, Option("--method", "-m", metavar="NAME", help="The kind of tree to build; best by default.")
-    ] = None,
+    method: Annotated[str, Option("--method", "-m", metavar="NAME", help="The kind of tree to build.")] = "beams",
     resume: Annotated[bool, Option("--resume", help="Go on with a picture that Ctrl-C has stopped.")] = False,
 ) -> None:
     """Render the light that a medium scatters, from the flights of photons: fog, caustics, shafts of light.
