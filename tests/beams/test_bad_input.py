@@ -29,6 +29,8 @@ from fastlines.beams import (
 FOG, LIGHT, BOX = HomogeneousMedium(0, 1), PointLight((0, 0, 0), 1), [[-1, -1, -1], [1, 1, 1]]
 NAN_GRID = np.full((2, 2, 2), np.nan)
 SCENE = BeamScene(FOG, [LIGHT], box=BOX)
+BALL = fl.Spheres.from_centres([[0.5, 0.5, 0.5]], radius=0.2)
+MIRRORED = BeamScene(FOG, [LIGHT], [(BALL, Mirror())], box=BOX)
 
 
 @pytest.mark.parametrize(
@@ -66,6 +68,10 @@ SCENE = BeamScene(FOG, [LIGHT], box=BOX)
             "surface 0 has no primitives",
         ),
         (
+            lambda: BeamScene(FOG, [LIGHT], [(BALL, Glass()), (fl.Boxes([BOX]), Glass(1.3))]),
+            "surface 0 is inside of surface 1, and both are of Glass",
+        ),
+        (
             lambda: BeamScene(GridMedium(np.ones((2, 2, 2)), BOX, 0, 1), [LIGHT], box=[[2, 2, 2], [3, 3, 3]]),
             "the common part of box and of that of the medium",
         ),
@@ -86,10 +92,19 @@ SCENE = BeamScene(FOG, [LIGHT], box=BOX)
         (lambda: render(example("point-light"), alpha=0), "alpha=0"),
         (lambda: render(example("point-light"), passes=0), "passes=0"),
         (lambda: render(example("point-light"), width=0), "width=0"),
-        (lambda: render(example("point-light"), beams="wide"), "beams='wide'"),
+        (lambda: render(example("point-light"), kind="wide"), "kind='wide'"),
         (lambda: render(example("point-light"), blur="none"), "blur='none'"),
         (lambda: render(example("point-light"), estimator="line"), "estimator='line'"),
         (lambda: single_scattering(example("glass-sphere"), [0, 0, 0], [0, 0, 1]), "for one PointLight"),
+        (lambda: single_scattering(MIRRORED, [0.1, 0, -3], [0, 0, 1]), "in a scene without surfaces"),
+        (
+            lambda: single_scattering(BeamScene(FOG, [PointLight((2, 0, 0), 1)], box=BOX), [0, 0, -3], [0, 0, 1]),
+            r"the light at \(2.0, 0.0, 0.0\) is outside of the box",
+        ),
+        (
+            lambda: single_scattering(SCENE, [[0.1, 0, -3], [0.3, 0.6, 0.9]], [[0, 0, 1], [1, 2, 3]]),
+            "1 of 2 rays lie on a line through the light .*1",
+        ),
         (lambda: single_scattering(SCENE, [0, 0, 0], [0, 0, 0]), "1 of 1 rays are not finite, or have no direction"),
         (lambda: single_scattering(SCENE, [0, 0], [0, 0, 1]), r"shapes \(2,\) and \(3,\)"),
         (

@@ -190,7 +190,7 @@ SCENES = {
 @pytest.mark.parametrize(("name", "single"), [("fog", True), ("fog", False), ("diffuse", False), ("glass", False)])
 def test_pictures_are_those_of_volpath(name: str, single: bool) -> None:
     """The mean of a picture agrees within 3 standard errors, and half a percent for the blur."""
-    ours = {"type": NAME, "paths": 10_000, "passes": 1, "radius": 0.03, "adapt": single, "max_depth": -1}
+    ours = {"type": NAME, "n_paths": 10_000, "passes": 1, "radius": 0.03, "adapt": single, "max_depth": -1}
     theirs = {"type": "volpath", "max_depth": -1}
     if single:
         ours["max_scatterings"], theirs["max_depth"] = 0, 2
@@ -209,8 +209,8 @@ def test_a_scene_file_names_the_integrator() -> None:
     scene = mi.load_string(
         """<scene version="3.0.0">
             <integrator type="photonbeams">
-                <integer name="paths" value="2000"/> <integer name="passes" value="2"/>
-                <float name="radius" value="0.05"/> <string name="beams" value="long"/>
+                <integer name="n_paths" value="2000"/> <integer name="passes" value="2"/>
+                <float name="radius" value="0.05"/> <string name="kind" value="long"/>
             </integrator>
             <medium type="homogeneous" id="fog"/>
             <shape type="cube"><bsdf type="null"/><ref name="interior" id="fog"/></shape>
@@ -232,7 +232,7 @@ def test_a_scene_file_names_the_integrator() -> None:
 
 def test_rays_in_parts_make_the_same_pass(monkeypatch: pytest.MonkeyPatch) -> None:
     """More calls of Mitsuba take other samples of the same beams, so their mean is nearly the same."""
-    scene = load(sensor=sensor(16), integrator={"type": NAME, "paths": 3000, "passes": 1, "radius": 0.05})
+    scene = load(sensor=sensor(16), integrator={"type": NAME, "n_paths": 3000, "passes": 1, "radius": 0.05})
     whole = np.array(mi.render(scene))
     monkeypatch.setattr("fastlines.mitsuba.integrator.RAYS", 5 * 64)
     parts = np.array(mi.render(scene))
@@ -252,7 +252,7 @@ def test_max_depth_bounds_the_bounces_at_surfaces() -> None:
     mirror = {"type": "rectangle", "bsdf": {"type": "conductor", "material": "none"}, "exterior": FOG, "interior": FOG}
     means = [
         np.mean(mi.render(load(sensor=sensor(4), mirror=mirror, integrator=options | {"max_depth": depth})))
-        for options in [{"type": NAME, "paths": 3000, "passes": 1, "radius": 0.05, "max_scatterings": 0}]
+        for options in [{"type": NAME, "n_paths": 3000, "passes": 1, "radius": 0.05, "max_scatterings": 0}]
         for depth in (0, 1, 2)
     ]
     assert means[1] == means[2] > 1.2 * means[0] > 0
@@ -260,7 +260,7 @@ def test_max_depth_bounds_the_bounces_at_surfaces() -> None:
 
 def test_hidden_emitters_are_looked_through() -> None:
     ball = {"type": "sphere", "radius": 0.5, "emitter": {"type": "area", "radiance": 50.0}, "exterior": FOG}
-    options = {"type": NAME, "paths": 1000, "passes": 1}
+    options = {"type": NAME, "n_paths": 1000, "passes": 1}
     shown, hidden = (
         np.mean(mi.render(load(light=ball, sensor=sensor(4), integrator=options | {"hide_emitters": hide})))
         for hide in (False, True)
@@ -272,10 +272,10 @@ def test_hidden_emitters_are_looked_through() -> None:
     ("parameters", "message"),
     [
         ({"radius": -1.0}, "radius=-1.0; expected the radius of the blur"),
-        ({"paths": 0}, "paths=0; expected a whole number"),
+        ({"n_paths": 0}, "n_paths=0; expected a whole number"),
         ({"passes": 0}, "passes=0; expected a whole number"),
         ({"max_depth": -2}, "max_depth=-2; expected a whole number"),
-        ({"beams": "wide"}, "beams='wide' is not a choice"),
+        ({"kind": "wide"}, "kind='wide' is not a choice"),
         ({"width": 3}, "unreferenced property"),
     ],
 )

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from itertools import islice
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 import fastlines as fl
-from fastlines.beams import BeamPicture, Passes, PassSettings, example, render
+from fastlines.beams import BeamPicture, BeamScene, GridMedium, Passes, PassSettings, PointLight, example, render
+from fastlines.beams.passes import TRACING
 
-SMALL = {"width": 12, "height": 9, "paths": 300}
+SMALL = {"width": 12, "height": 9, "n_paths": 300}
 
 
 def added(n, **settings):
@@ -21,11 +22,11 @@ def added(n, **settings):
 
 
 def test_radii_shrink_as_alpha_says():
-    assert list(islice(PassSettings(radius=2.0, alpha=1.0).radii(example("point-light")), 3)) == [2.0, 2.0, 2.0]
-    beam, point = (
-        list(islice(PassSettings(alpha=0.5, estimator=name).radii(example("point-light")), 4))
-        for name in ("beam", "point")
-    )
+    def radii(n, **settings):
+        return [PassSettings(**settings).radius_of(example("point-light"), i) for i in range(n)]
+
+    assert radii(3, radius=2.0, alpha=1.0) == [2.0, 2.0, 2.0]
+    beam, point = (radii(4, alpha=0.5, estimator=name) for name in ("beam", "point"))
     assert beam == pytest.approx([0.01, 0.01 * 0.75, 0.01 * 0.75 * 2.5 / 3, 0.01 * 0.75 * 2.5 / 3 * 3.5 / 4])
     assert point == pytest.approx(0.01 * np.sqrt(np.array(beam) / 0.01))
 
@@ -67,6 +68,33 @@ def test_a_state_of_another_picture_is_refused(tmp_path):
         Passes(example("point-light"), **SMALL).resume(tmp_path / "state.npz")
 
 
+def test_grids_of_the_same_numbers_in_another_shape_are_other_scenes(tmp_path):
+    def passes(shape):
+        smoke = GridMedium(np.arange(1, 7).reshape(shape), [[-1, -1, -1], [1, 1, 1]], 0, 1)
+        scene = BeamScene(smoke, [PointLight((0, 0, 0), 1)], camera=fl.Camera((0, 0, 5), (0, 0, 0)))
+        return Passes(scene, **SMALL)
+
+    passes((3, 2, 1)).save(tmp_path / "state.npz")
+    passes((3, 2, 1)).resume(tmp_path / "state.npz")
+    with pytest.raises(fl.InputError, match="the scene differs"):
+        passes((1, 2, 3)).resume(tmp_path / "state.npz")
+
+
+def test_the_radius_is_that_of_the_pass_after_a_late_interruption(monkeypatch):
+    """Ctrl-C right after the sums of a pass are kept; the next pass has the next radius."""
+    passes = added(1)
+    times = iter([0.0])
+    with monkeypatch.context() as patched:
+        patched.setattr("fastlines.beams.passes.time", SimpleNamespace(perf_counter=lambda: next(times)))
+        with pytest.raises(StopIteration):
+            passes.add()
+    assert passes.done == 2
+    passes.add()
+    whole = added(3).picture()
+    assert passes.picture().radius == whole.radius
+    assert (passes.picture().radiance == whole.radiance).all()
+
+
 def test_a_pass_that_is_interrupted_leaves_the_others():
     passes = added(1)
     before = passes.picture().radiance
@@ -99,6 +127,7 @@ def test_progress_grows_to_the_end():
     assert told == sorted(told)
     assert told[-1] == 1
     assert any(0 < part < 0.5 for part in told)
+    assert any(0.5 * TRACING < part < 0.5 for part in told)  # gathering
 
 
 def test_pictures_of_both_files(tmp_path):

@@ -84,8 +84,8 @@ def test_short_beams_are_exponential_and_long_ones_end_at_the_box():
     short = trace_photons(scene, 20_000, max_scatterings=0)
     length = np.linalg.norm(np.diff(short.lines.segments, axis=1)[:, 0], axis=1)
     inside = np.abs(short.lines.segments[:, 1]).max(axis=1) < 1 - 1e-6
-    for reach in (0.2, 0.5, 0.9):
-        assert (length > reach).mean() == pytest.approx(np.exp(-2 * reach), abs=0.01)
+    for least in (0.2, 0.5, 0.9):
+        assert (length > least).mean() == pytest.approx(np.exp(-2 * least), abs=0.01)
     assert inside.mean() > 0.5
     assert (short.decay == 0).all()
     long = trace_photons(scene, 100, kind="long", max_scatterings=0)
@@ -113,6 +113,12 @@ def test_photons_stay_out_of_where_the_grid_is_empty():
     assert beams.lines.segments[first][collided, 1, 2].max() < 0  # below the centres of the first empty voxels
 
 
+def test_glass_that_touches_other_glass_is_not_in_it():
+    two = [[[-1, -1, -1], [0, 1, 1]]], [[[0, -1, -1], [1, 1, 1]]]
+    scene = BeamScene(RGB_FOG, LIGHTS, [(fl.Boxes(box), Glass()) for box in two])
+    assert len(scene.surfaces.materials) == 2
+
+
 def test_there_is_no_medium_in_glass():
     scene = BeamScene(HomogeneousMedium(0.5, 2), LIGHTS[:1], [(BALL, Glass())], box=BOX)
     beams = trace_photons(scene, 3000)
@@ -137,6 +143,28 @@ def test_lights_emit_their_power_where_they_should():
     assert np.mean(BeamScene(RGB_FOG, LIGHTS, box=BOX).emit(keys).power, axis=0) == pytest.approx(
         BeamScene(RGB_FOG, LIGHTS, box=BOX).power, rel=0.02
     )
+
+
+def under_a_roof(width):
+    """Return a scene with the sun above a black roof, which is above the medium."""
+    roof = fl.Boxes([[[-1, 3, -1], [width - 1, 3.1, 1]]])
+    sun = DirectionalLight((0, -1, 0), 3)
+    return BeamScene(HomogeneousMedium(0, 1e-3), [sun], [(roof, Diffuse(0))], box=BOX)
+
+
+def test_a_roof_takes_all_light_of_the_sun():
+    with pytest.raises(fl.InputError, match="none of 1,000 photons flies through the medium"):
+        trace_photons(under_a_roof(2.0), 1000)
+
+
+def test_half_a_roof_takes_half_of_the_light_of_the_sun():
+    scene = under_a_roof(1.0)
+    assert scene.bounds.tolist() == [[-1, -1, -1], pytest.approx([1, 3.1, 1])]
+    beams = trace_photons(scene, 20_000, kind="long", max_scatterings=0)
+    assert beams.energy.emitted[0] == pytest.approx(3 * np.pi * (2**2 + 4.1**2 + 2**2) / 4)
+    assert beams.energy.absorbed_by_surfaces[0] == pytest.approx(3 * 2, rel=0.05)
+    assert beams.power[:, 0].sum() / beams.n_paths == pytest.approx(3 * 2, rel=0.05)
+    assert beams.lines.segments[..., 0].min() > 0
 
 
 def test_a_mesh_of_glass_is_as_the_sphere():

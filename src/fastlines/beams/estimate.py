@@ -24,7 +24,9 @@ from ..arrays import LEAST, FloatArray, choice, count, number
 from ..builder import build
 from ..errors import InputError
 from ..geometry.lines import Lines
+from ..progress import ProgressCallback, staged
 from ..support.counter_random import Float64Array, UInt64Array, random_bits, uniform
+from ..support.phase_function import phase_function
 from ..support.vectors import dot
 from ..tree import Tree
 from .camera_paths import Legs, camera_legs
@@ -32,6 +34,8 @@ from .coefficients import unit_rays
 from .photons import Beams
 from .scene import BeamScene
 
+#: The tree over the beams of a pass, which serves a single gather.
+METHOD = "beams"
 #: The kernels of the blur.
 BLURS = ("box", "epanechnikov")
 #: The estimators.
@@ -40,8 +44,8 @@ ESTIMATORS = ("beam", "point")
 NEIGHBOURS, WIDEST = 16, 4.0
 #: How many points the point × beam estimate takes on each leg of a ray.
 POINTS = 16
-#: How many rays are gathered at a time, for the depths of a medium on a grid.
-RAYS_AT_A_TIME = 1 << 16
+#: How many depths of rays in a medium on a grid are tabled at a time, each in three channels.
+DEPTHS_AT_A_TIME = 1 << 22
 #: How many points are looked up at a time.
 POINTS_AT_A_TIME = 1 << 17
 
@@ -54,11 +58,11 @@ class BeamMap:
     scene : BeamScene
     beams : Beams
         Of `trace_photons`.
-    method : str, optional
-        The tree to build; see `fastlines.build`.
+    method : str
+        The tree to build; see `fastlines.METHODS`.
     own_radius : float, optional
-        Give each beam a radius at each end that suits how dense beams are there, from a quarter of this to four times
-        this: the distance to the nearest 16 others, times `scale`. Beams are round cones then.
+        Give each beam a radius that suits how dense beams are around it, from a quarter of this to four times this: the
+        geometric mean, over its ends, of the distance to the nearest 16 others, times `scale`.
     scale : float
 
     Attributes
@@ -89,7 +93,7 @@ class BeamMap:
         self,
         scene: BeamScene,
         beams: Beams,
-        method: str | None = None,
+        method: str = METHOD,
         *,
         own_radius: float | None = None,
         scale: float = 1.0,
@@ -104,8 +108,9 @@ class BeamMap:
             check_radius("own_radius", own_radius)
             number("scale", scale, "a number above 0", LEAST)
             widest = own_radius * WIDEST
-            own = self._distances(widest / scale) * scale
-            self.lines = self.lines.with_radius(np.clip(own, own_radius / WIDEST, widest))
+            near_ends = np.clip(self._distances(widest / scale) * scale, own_radius / WIDEST, widest)
+            # One radius for both ends: the kernel of a cone would lose light.
+            self.lines = self.lines.with_radius(np.sqrt(near_ends.prod(axis=1)))
             self.tree = build(self.lines, method)
         self.g = scene.medium.g or None
         of_power = sources.scattered / beams.n_paths * (1.0 if self.g else 0.25 / np.pi)
@@ -131,6 +136,7 @@ class BeamMap:
         blur: str = "box",
         estimator: str = "beam",
         points: int = POINTS,
+        progress: ProgressCallback | None = None,
     ) -> Float64Array:
         """Estimate the radiance that arrives along rays, through mirrors and glass.
 
@@ -147,6 +153,8 @@ class BeamMap:
             Beam × beam, with a kernel of one dimension, or point × beam, with one of two.
         points : int
             How many points the latter takes on each leg of a ray.
+        progress : callable, optional
+            Is called with the fraction that is done.
 
         Returns
         -------
@@ -162,26 +170,33 @@ class BeamMap:
         if radius is not None or not self.is_adapted:
             check_radius("radius", radius)
         check_estimate(blur, estimator, points, self.is_adapted)
-        radius = 0.0 if radius is None else radius
         starts, ways = unit_rays(origins, directions)
         keys = random_bits(0, np.arange(len(starts))) if keys is None else keys
         light = np.zeros((len(starts), 3))
-        for legs in camera_legs(self.scene, starts, ways, keys):
-            if estimator == "beam":
-                found = self.light_along(legs, radius, blur)
+        for i, legs in enumerate(camera_legs(self.scene, starts, ways, keys)):
+            # The number of legs is unknown: each takes half of what is left of the progress.
+            step = staged(progress, 1 - 0.5**i, 1 - 0.5 ** (i + 1))
+            if radius is None or estimator == "beam":
+                found = self.light_along(legs, radius, blur, step)
             else:
-                found = self._around(legs, radius, blur, keys[legs.rays], points)
+                found = self._around(legs, radius, blur, keys[legs.rays], points, step)
             arriving = legs.throughput * found
             for channel in range(3):
                 light[:, channel] += np.bincount(legs.rays, arriving[:, channel], len(light))
+        if progress is not None:
+            progress(1.0)
         return light
 
-    def light_along(self, legs: Legs, radius: float, blur: str) -> Float64Array:
+    def light_along(
+        self, legs: Legs, radius: float | None, blur: str, progress: ProgressCallback | None = None
+    ) -> Float64Array:
         """Return the light of the beams that legs cross, (n, 3), at the origin of each: beam × beam."""
         light = np.empty((len(legs.rays), 3))
-        for begin in range(0, len(light), RAYS_AT_A_TIME):
-            rows = slice(begin, begin + RAYS_AT_A_TIME)
+        at_a_time = max(DEPTHS_AT_A_TIME // self.scene.medium.n_steps, 1)
+        for begin in range(0, len(light), at_a_time):
+            rows = slice(begin, begin + at_a_time)
             part = legs.some(rows)
+            end = min(begin + at_a_time, len(light))
             found = self.tree.gather(
                 part.origins,
                 part.directions,
@@ -191,12 +206,21 @@ class BeamMap:
                 blur=blur,
                 phase=self.g,
                 line_sigma=self.decay,
+                progress=staged(progress, begin / len(light), end / len(light)) or False,
                 **self.scene.medium.gather_options(part.origins, part.directions, part.lengths),
             )
             light[rows] = found.sum
         return light
 
-    def _around(self, legs: Legs, radius: float, blur: str, keys: UInt64Array, points: int) -> Float64Array:
+    def _around(
+        self,
+        legs: Legs,
+        radius: float,
+        blur: str,
+        keys: UInt64Array,
+        points: int,
+        progress: ProgressCallback | None,
+    ) -> Float64Array:
         """Return the light of the beams around random points of legs, one in each equal part: point × beam."""
         light = np.zeros((len(legs.rays), 3))
         at_a_time = max(POINTS_AT_A_TIME // points, 1)
@@ -211,6 +235,8 @@ class BeamMap:
             passed = self.scene.medium.transmittance(starts, ways, t) * (part.lengths / points)[leg, None]
             scattered = self._scattered_at(starts + t[:, None] * ways, ways, radius, blur)
             light[rows] = (passed * scattered).reshape(-1, points, 3).sum(axis=1)
+            if progress is not None:
+                progress(min(begin + at_a_time, len(light)) / len(light))
         return light
 
     def _scattered_at(self, places: Float64Array, ways: Float64Array, radius: float, blur: str) -> Float64Array:
@@ -226,8 +252,7 @@ class BeamMap:
         along = segments[:, 1] - segments[:, 0]
         length = np.sqrt(dot(along, along))
         if self.g:
-            cosine = -dot(ways[point], along) / length
-            kernel *= (1 - self.g**2) / (4 * np.pi * (1 + self.g**2 - 2 * self.g * cosine) ** 1.5)
+            kernel *= phase_function(self.g, -dot(ways[point], along) / length)
         light = self.values[prim] * np.exp(-(u * length)[:, None] * self.decay) * kernel[:, None]
         return np.stack([np.bincount(point, light[:, i], len(places)) for i in range(3)], axis=1)
 

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from ..arrays import FloatArray, to_float64
+from ..arrays import FloatArray, IntArray, to_float64
 from ..camera import Vector
 from ..errors import InputError
 from ..support.counter_random import Float64Array
@@ -19,8 +19,10 @@ from .medium import Coefficients, Sources
 
 #: How many steps a path takes through a voxel, across the longest axis of a grid.
 STEPS_PER_VOXEL = 2
-#: The most extinction along a piece of a beam, which has the power of its middle.
-MAX_DECAY = 0.1
+#: How many pieces a beam is cut into, a voxel.
+PIECES_PER_VOXEL = 2
+#: For which extinction along a piece it is cut further, and into how many at most.
+MAX_DECAY, MAX_CUTS = 0.1, 8
 #: How many places of a grid are looked up at a time.
 LOOKUPS = 1 << 20
 
@@ -47,7 +49,7 @@ class GridMedium(Coefficients):
     Examples
     --------
     >>> smoke = GridMedium(np.ones((2, 2, 2)), [[0, 0, 0], [1, 1, 1]], absorption=0, scattering=2)
-    >>> t, depth = smoke.reach(np.zeros((1, 3)), np.array([[1.0, 0.0, 0.0]]), np.array([1.0]), np.array([0.25]))
+    >>> t, depth = smoke.distance_at(np.zeros((1, 3)), np.array([[1.0, 0.0, 0.0]]), np.array([1.0]), np.array([0.25]))
     >>> t.tolist(), depth.tolist()
     ([0.25], [0.25])
     """
@@ -104,6 +106,14 @@ class GridMedium(Coefficients):
     def columns(self, origins: Float64Array, directions: Float64Array, lengths: Float64Array) -> Float64Array:
         """Return the column depth at `n_steps` equal steps of paths, from 0 to their lengths, (n, n_steps)."""
         depth = np.empty((len(origins), self.n_steps))
+        for rows, columns in self._columns(origins, directions, lengths):
+            depth[rows] = columns
+        return depth
+
+    def _columns(
+        self, origins: Float64Array, directions: Float64Array, lengths: Float64Array
+    ) -> Iterator[tuple[slice, Float64Array]]:
+        """Yield rows of `columns`, so many at a time that memory does not grow with the grid."""
         parts = np.linspace(0, 1, self.n_steps)
         block = max(LOOKUPS // self.n_steps, 1)
         for begin in range(0, len(origins), block):
@@ -111,23 +121,24 @@ class GridMedium(Coefficients):
             way = (directions[rows] * lengths[rows, None])[:, None] * parts[:, None]
             density = self.density_at((origins[rows, None] + way).reshape(-1, 3)).reshape(-1, self.n_steps)
             steps = (density[:, 1:] + density[:, :-1]) * (lengths[rows, None] / (2 * (self.n_steps - 1)))
-            depth[rows, 0] = 0
-            np.cumsum(steps, axis=1, out=depth[rows, 1:])
-        return depth
+            columns = np.zeros(density.shape)
+            np.cumsum(steps, axis=1, out=columns[:, 1:])
+            yield rows, columns
 
-    def reach(
+    def distance_at(
         self, origins: Float64Array, directions: Float64Array, lengths: Float64Array, depths: Float64Array
     ) -> tuple[Float64Array, Float64Array]:
         """See `Medium`."""
-        columns = self.columns(origins, directions, lengths)
-        step = np.clip((columns < depths[:, None]).sum(axis=1), 1, self.n_steps - 1)
-        rows = np.arange(len(step))
-        before, after = columns[rows, step - 1], columns[rows, step]
+        step, before, after, whole = np.empty((4, len(origins)))
+        for rows, columns in self._columns(origins, directions, lengths):
+            above = np.clip((columns < depths[rows, None]).sum(axis=1), 1, self.n_steps - 1)
+            each = np.arange(len(above))
+            step[rows], whole[rows] = above - 1, columns[:, -1]
+            before[rows], after[rows] = columns[each, above - 1], columns[each, above]
         with np.errstate(divide="ignore", invalid="ignore"):
             part = np.where(after > before, (depths - before) / (after - before), 0.0)
-        t = lengths * (step - 1 + part) / (self.n_steps - 1)
-        passes = depths >= columns[:, -1]
-        return np.where(passes, lengths, t), np.minimum(depths, columns[:, -1])
+        t = lengths * (step + part) / (self.n_steps - 1)
+        return np.where(depths >= whole, lengths, t), np.minimum(depths, whole)
 
     def gather_options(
         self, origins: Float64Array, directions: Float64Array, lengths: Float64Array
@@ -138,25 +149,44 @@ class GridMedium(Coefficients):
 
     def transmittance(self, origins: Float64Array, directions: Float64Array, lengths: Float64Array) -> Float64Array:
         """See `Medium`."""
-        return np.exp(-self.columns(origins, directions, lengths)[:, -1:] * self.extinction)
+        whole = np.empty((len(origins), 1))
+        for rows, columns in self._columns(origins, directions, lengths):
+            whole[rows] = columns[:, -1:]
+        return np.exp(-whole * self.extinction)
 
     def sources(self, segments: FloatArray, decay: Float64Array) -> Sources:
-        """See `Medium`; beams are cut into pieces of at most a voxel, each of which has the density of its middle."""
+        """See `Medium`; beams are cut into pieces of at most half a voxel, and shorter ones where the medium is dense.
+
+        A piece has the density of its middle, and the mean of the power that is left along it.
+        """
         start, way = segments[:, 0].astype(np.float64), np.diff(segments.astype(np.float64), axis=1)[:, 0]
         length = np.sqrt((way**2).sum(axis=1))
         voxel = ((self.box[1] - self.box[0]) / self.density.shape).min()
-        fade = float(self.density.max() * decay.max()) / MAX_DECAY
-        counts = np.maximum(np.ceil(length * max(1 / voxel, fade)).astype(np.int64), 1)
-        beam = np.repeat(np.arange(len(segments)), counts)
-        first = np.cumsum(counts) - counts
-        number_of = np.arange(len(beam)) - first[beam]
-        ends = start[beam, None] + way[beam, None] * ((number_of[:, None] + [0, 1]) / counts[beam, None])[..., None]
-        ends[first, 0], ends[first + counts - 1, 1] = segments[:, 0], segments[:, 1]
+        beam, part = _cut(np.tile([0.0, 1.0], (len(segments), 1)), length * PIECES_PER_VOXEL / voxel)
+        column = self.density_at(start[beam] + way[beam] * part.mean(axis=1)[:, None]) * _length(part) * length[beam]
+        piece, part = _cut(part, np.minimum(column * decay.max() / MAX_DECAY, MAX_CUTS))
+        beam = beam[piece]
+        ends = start[beam, None] + way[beam, None] * part[..., None]
 
-        # Add up the column depth of each beam to the middle of its pieces.
+        # Add up the column depth of each beam to the start of its pieces.
         density = self.density_at(ends.mean(axis=1))
-        column = density * (length / counts)[beam]
-        total = np.cumsum(column)
-        to_middle = total - column / 2 - (total - column)[first][beam]
-        scattered = density[:, None] * self.scattering * np.exp(-to_middle[:, None] * decay)
+        column = density * _length(part) * length[beam]
+        total = np.cumsum(column) - column
+        to_start = total - total[np.searchsorted(beam, beam)]
+        depth = column[:, None] * decay
+        mean = np.divide(-np.expm1(-depth), depth, out=np.ones_like(depth), where=depth > 0)
+        scattered = density[:, None] * self.scattering * np.exp(-to_start[:, None] * decay) * mean
         return Sources(ends.astype(np.float32), beam, scattered, np.zeros(3))
+
+
+def _cut(parts: Float64Array, counts: Float64Array) -> tuple[IntArray, Float64Array]:
+    """Cut intervals, (m, 2), into equal ones, at least 1 each; return the interval that each is a part of, and all."""
+    whole = np.maximum(np.ceil(counts), 1).astype(np.int64)
+    of = np.repeat(np.arange(len(parts)), whole)
+    number_of = np.arange(len(of)) - (np.cumsum(whole) - whole)[of]
+    steps = (number_of[:, None] + [0, 1]) / whole[of, None]
+    return of, parts[of, :1] + _length(parts)[of, None] * steps
+
+
+def _length(intervals: Float64Array) -> Float64Array:
+    return intervals[:, 1] - intervals[:, 0]

@@ -19,7 +19,7 @@ from ..support.counter_random import Float64Array, UInt64Array, uniform
 from ..support.unit_directions import isotropic, turned
 from .coefficients import BoolArray, point, rgb, unit_direction
 
-#: How far from the box of a scene a directional light starts, as a fraction of its size.
+#: How far from the bounds of a scene a directional light starts, as a fraction of their size.
 BEFORE = 1e-3
 
 
@@ -46,11 +46,11 @@ class Emission(NamedTuple):
 class Light(Protocol):
     """What photons ask of a light."""
 
-    def total_power(self, box: Float64Array) -> Vector:
-        """Return the power of the light in a scene that has this box, (3,)."""
+    def total_power(self, bounds: Float64Array) -> Vector:
+        """Return the power of the light in a scene of these bounds, (3,)."""
 
-    def emit(self, keys: UInt64Array, box: Float64Array) -> Emission:
-        """Emit a photon for each key, (n,) uint64, into a scene that has this box."""
+    def emit(self, keys: UInt64Array, bounds: Float64Array) -> Emission:
+        """Emit a photon for each key, (n,) uint64, into a scene of these bounds."""
 
 
 def _power_of(name: str, value: npt.ArrayLike) -> Vector:
@@ -65,7 +65,7 @@ class _Powered:
 
     power: Vector
 
-    def total_power(self, box: Float64Array) -> Vector:
+    def total_power(self, bounds: Float64Array) -> Vector:
         """See `Light`."""
         return self.power
 
@@ -107,7 +107,7 @@ class PointLight(_Powered):
         object.__setattr__(self, "position", point("position", position))
         object.__setattr__(self, "power", _power_of("power", power))
 
-    def emit(self, keys: UInt64Array, box: Float64Array) -> Emission:
+    def emit(self, keys: UInt64Array, bounds: Float64Array) -> Emission:
         """See `Light`."""
         return self._emission(self.position, isotropic(uniform(keys, 0), uniform(keys, 1)))
 
@@ -153,7 +153,7 @@ class SpotLight(_Powered):
         angle = number("angle_degrees", angle_degrees, "an angle above 0 and at most 180 degrees", 1e-6, 180.0)
         object.__setattr__(self, "angle_degrees", angle)
 
-    def emit(self, keys: UInt64Array, box: Float64Array) -> Emission:
+    def emit(self, keys: UInt64Array, bounds: Float64Array) -> Emission:
         """See `Light`."""
         axis = unit_direction("direction", np.subtract(self.target, self.position))
         cosine = 1 - uniform(keys, 0) * (1 - np.cos(np.radians(self.angle_degrees)))
@@ -202,7 +202,7 @@ class AreaLight(_Powered):
         """The unit vector across the front, (3,) float64."""
         return np.array(unit_direction("normal", np.cross(self.edge_u, self.edge_v))) + 0.0
 
-    def emit(self, keys: UInt64Array, box: Float64Array) -> Emission:
+    def emit(self, keys: UInt64Array, bounds: Float64Array) -> Emission:
         """See `Light`."""
         u, v = uniform(keys, 2)[:, None], uniform(keys, 3)[:, None]
         origins = np.asarray(self.corner) + u * self.edge_u + v * self.edge_v
@@ -212,7 +212,9 @@ class AreaLight(_Powered):
 
 @dataclass(frozen=True)
 class DirectionalLight:
-    """Parallel light from far away, over the whole scene.
+    """Parallel light from far away, over the medium and all surfaces.
+
+    Photons start from a disc that covers both, so where surfaces are much larger than the medium, few reach it.
 
     Parameters
     ----------
@@ -229,8 +231,8 @@ class DirectionalLight:
     Examples
     --------
     >>> sun = DirectionalLight((0, -1, 0), irradiance=2)
-    >>> box = np.array([[-1.0, -1.0, -1.0], [1.0, 1.0, 1.0]])
-    >>> [round(watts, 3) for watts in sun.total_power(box)]  # through a disc around the box
+    >>> bounds = np.array([[-1.0, -1.0, -1.0], [1.0, 1.0, 1.0]])
+    >>> [round(watts, 3) for watts in sun.total_power(bounds)]  # through a disc around the bounds
     [18.85, 18.85, 18.85]
     """
 
@@ -241,21 +243,21 @@ class DirectionalLight:
         object.__setattr__(self, "direction", unit_direction("direction", direction))
         object.__setattr__(self, "irradiance", _power_of("irradiance", irradiance))
 
-    def total_power(self, box: Float64Array) -> Vector:
+    def total_power(self, bounds: Float64Array) -> Vector:
         """See `Light`."""
-        area = np.pi * _half_diagonal(box) ** 2
+        area = np.pi * _half_diagonal(bounds) ** 2
         red, green, blue = (area * part for part in self.irradiance)
         return red, green, blue
 
-    def emit(self, keys: UInt64Array, box: Float64Array) -> Emission:
-        """Emit from a disc across the direction that covers the box."""
+    def emit(self, keys: UInt64Array, bounds: Float64Array) -> Emission:
+        """Emit from a disc across the direction that covers the bounds, before all of the scene."""
         axis = np.tile(self.direction, (len(keys), 1))
         across = turned(axis, np.zeros(len(keys)), uniform(keys, 1))
-        radius = _half_diagonal(box)
+        radius = _half_diagonal(bounds)
         offset = (radius * np.sqrt(uniform(keys, 0)))[:, None] * across - (radius * (1 + BEFORE)) * axis
-        power = np.broadcast_to(self.total_power(box), offset.shape)
-        return Emission(box.mean(axis=0) + offset, axis, power, np.ones(len(keys), np.bool_))
+        power = np.broadcast_to(self.total_power(bounds), offset.shape)
+        return Emission(bounds.mean(axis=0) + offset, axis, power, np.ones(len(keys), np.bool_))
 
 
-def _half_diagonal(box: Float64Array) -> float:
-    return float(np.sqrt(((box[1] - box[0]) ** 2).sum())) / 2
+def _half_diagonal(bounds: Float64Array) -> float:
+    return float(np.sqrt(((bounds[1] - bounds[0]) ** 2).sum())) / 2

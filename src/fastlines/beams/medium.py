@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, NamedTuple, Protocol
+from typing import Any, ClassVar, NamedTuple, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -36,14 +36,14 @@ class Flights(NamedTuple):
         Whether it ends at a collision.
     weight : (n, 3) float64
         By what the power is multiplied.
-    reach : (n,) float64
+    beam_length : (n,) float64
         The length of its short beam, which is not less than t.
     """
 
     t: Float64Array
     collides: BoolArray
     weight: Float64Array
-    reach: Float64Array
+    beam_length: Float64Array
 
 
 class Sources(NamedTuple):
@@ -56,7 +56,7 @@ class Sources(NamedTuple):
     beam : (m,) int or None
         The beam that each is a piece of; None if no beam is cut.
     scattered : (m, 3) or (3,) float64
-        σ_s there; of a piece, times what is left of the power at its middle.
+        σ_s there; of a piece, times the mean of what is left of the power along it.
     decay : (3,) float64
         The extinction that is left to apply along each.
     """
@@ -76,6 +76,8 @@ class Medium(Protocol):
         σ_a and σ_s per unit of length, where the density is 1.
     g : float
         The mean cosine of the angle of scattering.
+    n_steps : int
+        How many depths `gather_options` returns for each ray; 1 if it returns none.
     """
 
     @property
@@ -91,13 +93,17 @@ class Medium(Protocol):
         """The mean cosine."""
 
     @property
+    def n_steps(self) -> int:
+        """The number of depths of a ray."""
+
+    @property
     def extinction(self) -> Float64Array:
         """σ_t, (3,) float64."""
 
-    def reach(
+    def distance_at(
         self, origins: Float64Array, directions: Float64Array, lengths: Float64Array, depths: Float64Array
     ) -> tuple[Float64Array, Float64Array]:
-        """Return where paths, (n,), reach column depths, at most their length; and the column depth there."""
+        """Return the distance at which paths have column depths, (n,), or their length; and the column depth there."""
 
     def gather_options(
         self, origins: Float64Array, directions: Float64Array, lengths: Float64Array
@@ -128,19 +134,19 @@ def fly(
     least = extinction.min()
     depth = -np.log1p(-uniform(keys, 0))
     if extinction.max() == least:
-        t, _ = medium.reach(origins, directions, lengths, depth / least)
+        t, _ = medium.distance_at(origins, directions, lengths, depth / least)
         return Flights(t, t < lengths, np.ones((len(t), 3)), t)
     # Choose a channel, and weight the power by how likely each channel is to fly so.
     chosen = np.minimum((uniform(keys, 1) * 3).astype(np.int64), 2)
     with np.errstate(divide="ignore"):
         ends = np.where(extinction > 0, depth[:, None] / extinction, np.inf)
-    t, column = medium.reach(origins, directions, lengths, ends[np.arange(len(ends)), chosen])
+    t, column = medium.distance_at(origins, directions, lengths, ends[np.arange(len(ends)), chosen])
     collides = t < lengths
     passed = np.exp(-column[:, None] * extinction)
     density = np.where(collides[:, None], extinction, 1.0) * passed
     weight = density / density.mean(axis=1, keepdims=True)
-    reach, _ = medium.reach(origins, directions, lengths, ends.max(axis=1))
-    return Flights(t, collides, weight, reach)
+    beam_length, _ = medium.distance_at(origins, directions, lengths, ends.max(axis=1))
+    return Flights(t, collides, weight, beam_length)
 
 
 class Coefficients:
@@ -193,13 +199,14 @@ class HomogeneousMedium(Coefficients):
     absorption: Vector
     scattering: Vector
     g: float = 0.0
+    n_steps: ClassVar[int] = 1
 
     def __init__(self, absorption: npt.ArrayLike, scattering: npt.ArrayLike, g: float = 0.0) -> None:
         for name, value in (("absorption", absorption), ("scattering", scattering), ("g", g)):
             object.__setattr__(self, name, value)
         self._check()
 
-    def reach(
+    def distance_at(
         self, origins: Float64Array, directions: Float64Array, lengths: Float64Array, depths: Float64Array
     ) -> tuple[Float64Array, Float64Array]:
         """See `Medium`; column depth is length."""

@@ -8,9 +8,9 @@ fast: less blur and more noise. The picture is the mean of the passes, and its v
 from __future__ import annotations
 
 import hashlib
+import math
 import os
 import time
-from collections.abc import Iterator
 from dataclasses import dataclass, fields, is_dataclass
 from typing import Any
 
@@ -23,7 +23,7 @@ from ..rendering.state import describe, read_state, write_state
 from ..settings.methods import method_settings
 from ..support.counter_random import Float64Array, random_bits, uniform
 from .beam_picture import BeamPicture
-from .estimate import POINTS, BeamMap, check_estimate, check_radius
+from .estimate import METHOD, POINTS, BeamMap, check_estimate, check_radius
 from .photons import KINDS, trace_photons
 from .scene import BeamScene
 
@@ -43,15 +43,16 @@ class PassSettings:
     ----------
     width, height : int
         Of the picture, in pixels.
-    paths : int
+    n_paths : int
         How many photons each pass emits.
     radius : float, optional
         Of the blur in the first pass, in the unit of the coordinates; by default 1/200 of the box's longest side.
     alpha : float
         How slowly the radius shrinks: above 0, and 1 keeps it.
-    beams : {"short", "long"}
+    kind : {"short", "long"}
+        Of beams; see `trace_photons`.
     adapt : bool
-        Give each beam a radius at each end that suits how dense beams are there, around that of the pass.
+        Give each beam a radius that suits how dense beams are around it, near that of the pass.
     blur : {"box", "epanechnikov"}
     estimator : {"beam", "point"}
     points : int
@@ -60,52 +61,71 @@ class PassSettings:
         See `trace_photons`.
     seed : int
         Another one gives other photons and rays.
-    method : str, optional
-        The tree to build; see `fastlines.build`.
+    method : str
+        The tree to build; see `fastlines.METHODS`.
     """
 
     width: int = 512
     height: int = 512
-    paths: int = 50_000
+    n_paths: int = 50_000
     radius: float | None = None
     alpha: float = 0.7
-    beams: str = "short"
+    kind: str = "short"
     adapt: bool = False
     blur: str = "box"
     estimator: str = "beam"
     points: int = POINTS
     max_scatterings: int | None = None
     seed: int = 0
-    method: str | None = None
+    method: str = METHOD
 
     def __post_init__(self) -> None:
-        for name in ("width", "height", "paths"):
+        for name in ("width", "height", "n_paths"):
             count(name, getattr(self, name), 1)
         if self.radius is not None:
             check_radius("radius", self.radius)
         check_estimate(self.blur, self.estimator, self.points, self.adapt)
         number("alpha", self.alpha, "a number above 0 and at most 1", 1e-6, 1.0)
         count("seed", self.seed, 0)
-        choice("beams", self.beams, KINDS)
-        if self.method is not None:
-            method_settings(self.method)
+        choice("kind", self.kind, KINDS)
+        method_settings(self.method)
 
-    def radii(self, scene: BeamScene) -> Iterator[float]:
-        """Yield the radius of each pass.
+    def radius_of(self, scene: BeamScene, pass_number: int) -> float:
+        """Return the radius of a pass; the first is number 0.
 
         Examples
         --------
-        >>> from itertools import islice
-        >>> [round(radius, 4) for radius in islice(PassSettings(radius=1.0, alpha=0.5).radii(None), 3)]
+        >>> import fastlines as fl
+        >>> scene, settings = fl.beams.example("point-light"), PassSettings(radius=1.0, alpha=0.5)
+        >>> [settings.radius_of(scene, i) for i in range(3)]
         [1.0, 0.75, 0.625]
         """
-        radius = RADIUS * float((scene.box[1] - scene.box[0]).max()) if self.radius is None else self.radius
-        dimensions = 1 if self.estimator == "beam" else 2
-        i = 1
-        while True:
-            yield radius
-            radius *= ((i + self.alpha) / (i + 1)) ** (1 / dimensions)
-            i += 1
+        first = RADIUS * float((scene.box[1] - scene.box[0]).max()) if self.radius is None else self.radius
+        shrinking = math.prod((i + self.alpha) / (i + 1) for i in range(1, pass_number + 1))
+        return first * (shrinking if self.estimator == "beam" else math.sqrt(shrinking))
+
+
+def map_pass(
+    scene: BeamScene, settings: PassSettings, pass_number: int, progress: ProgressCallback | None = None
+) -> tuple[BeamMap, float | None]:
+    """Trace the photons of a pass; return their beams in a tree, and the radius of the blur.
+
+    The radius is None if beams have a radius of their own.
+    """
+    beams = trace_photons(
+        scene,
+        settings.n_paths,
+        kind=settings.kind,
+        seed=settings.seed,
+        pass_number=pass_number,
+        max_scatterings=settings.max_scatterings,
+        progress=progress or False,
+    )
+    radius = settings.radius_of(scene, pass_number)
+    if not settings.adapt:
+        return BeamMap(scene, beams, settings.method), radius
+    scale = radius / settings.radius_of(scene, 0)
+    return BeamMap(scene, beams, settings.method, own_radius=radius, scale=scale), None
 
 
 class Passes:
@@ -126,7 +146,7 @@ class Passes:
     Examples
     --------
     >>> import fastlines as fl
-    >>> passes = Passes(fl.beams.example("point-light"), width=16, height=16, paths=1000)
+    >>> passes = Passes(fl.beams.example("point-light"), width=16, height=16, n_paths=1000)
     >>> for _ in range(3):
     ...     passes.add()
     >>> passes.picture()
@@ -137,8 +157,6 @@ class Passes:
         self.scene, self.settings = scene, PassSettings(**more) if settings is None else settings
         if scene.camera is None:
             raise InputError("the scene has no camera; give it one, as BeamScene(…, camera=fl.Camera(…))")
-        self._radii = self.settings.radii(scene)
-        self._first_radius = self._next_radius = self.radius = next(self._radii)
         shape = (self.settings.height, self.settings.width, 3)
         # One tuple, so that what interrupts a pass leaves the passes before whole.
         self._state: tuple[int, Float64Array, Float64Array] = 0, np.zeros(shape), np.zeros(shape)
@@ -149,37 +167,30 @@ class Passes:
         """How many passes there are."""
         return self._state[0]
 
+    @property
+    def radius(self) -> float:
+        """The radius of the last pass, or of the first one if there is none yet."""
+        return self.settings.radius_of(self.scene, max(self.done - 1, 0))
+
     def add(self, progress: ProgressCallback | None = None) -> None:
         """Trace the photons of one more pass, build a tree over their beams, and gather their light."""
         start, settings = time.perf_counter(), self.settings
-        beams = trace_photons(
-            self.scene,
-            settings.paths,
-            kind=settings.beams,
-            seed=settings.seed,
-            pass_number=self.done,
-            max_scatterings=settings.max_scatterings,
-            progress=staged(progress, 0, TRACING) or False,
-        )
-        radius = self._next_radius
+        beam_map, radius = map_pass(self.scene, settings, self.done, staged(progress, 0, TRACING))
         origins, directions, keys = self._rays()
-        own = {"own_radius": radius, "scale": radius / self._first_radius} if settings.adapt else {}
-        light = BeamMap(self.scene, beams, settings.method, **own).radiance(
+        light = beam_map.radiance(
             origins,
             directions,
-            None if settings.adapt else radius,
+            radius,
             keys=keys,
             blur=settings.blur,
             estimator=settings.estimator,
             points=settings.points,
+            progress=staged(progress, TRACING, 1),
         )
         light = light.reshape(settings.height, settings.width, 3)
         done, total, squares = self._state
         self._state = done + 1, total + light, squares + light**2
-        self.radius, self._next_radius = radius, next(self._radii)
         self.seconds_a_pass = time.perf_counter() - start
-        if progress is not None:
-            progress(1.0)
 
     def _rays(self) -> tuple[Float64Array, Float64Array, Any]:
         """Return a ray through a random point of each pixel, and the keys of their random numbers."""
@@ -204,8 +215,8 @@ class Passes:
             raise InputError("there is no pass yet, so there is no picture; call add() first")
         mean = total / done
         spread = np.maximum(squares / done - mean**2, 0) / (done - 1) if done > 1 else np.full(mean.shape, np.nan)
-        paths = done * self.settings.paths
-        return BeamPicture(mean.astype(np.float32), spread.astype(np.float32), done, paths, self.radius)
+        n_paths = done * self.settings.n_paths
+        return BeamPicture(mean.astype(np.float32), spread.astype(np.float32), done, n_paths, self.radius)
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the passes so far to a .npz file, from which `resume` goes on; it appears whole or not at all."""
@@ -225,10 +236,6 @@ class Passes:
         done, total, squares = self._state
         found = read_state(path, self._told, {"total": total, "squares": squares, "done": np.array(done)})
         self._state = int(found["done"]), found["total"], found["squares"]
-        self._radii = self.settings.radii(self.scene)
-        self._next_radius = self.radius = next(self._radii)
-        for _ in range(self.done):
-            self.radius, self._next_radius = self._next_radius, next(self._radii)
 
     @property
     def _told(self) -> dict[str, str]:
@@ -245,7 +252,8 @@ def _told(value: Any) -> str:
     if hasattr(value, "fingerprint"):
         return str(value.fingerprint())
     if isinstance(value, np.ndarray):
-        return hashlib.blake2b(np.ascontiguousarray(value).tobytes(), digest_size=20).hexdigest()
+        checksum = hashlib.blake2b(np.ascontiguousarray(value).tobytes(), digest_size=20).hexdigest()
+        return f"{value.dtype} {value.shape} {checksum}"
     if isinstance(value, tuple):
         return f"({', '.join(map(_told, value))})"
     if is_dataclass(value):

@@ -21,8 +21,9 @@ from ..errors import InputError
 from ..geometry.lines import Lines
 from ..progress import ProgressOption, reporting
 from ..support.counter_random import Float64Array, UInt64Array, random_bits, uniform
+from ..support.phase_function import scattering_cosine
 from ..support.texts import counted
-from ..support.unit_directions import scattering_cosine, turned
+from ..support.unit_directions import turned
 from .coefficients import BoolArray
 from .medium import fly
 from .scene import BeamScene
@@ -258,8 +259,8 @@ class _Tracer:
         directions, lengths = photons.directions[rows], (end - begin)[rows]
         start = photons.origins[rows] + begin[rows, None] * directions
         flights = fly(self.scene.medium, start, directions, lengths, keys[rows])
-        reach = lengths if self.kind == "long" else flights.reach
-        ends = np.stack([start, start + reach[:, None] * directions], axis=1).astype(np.float32)
+        beam_lengths = lengths if self.kind == "long" else flights.beam_length
+        ends = np.stack([start, start + beam_lengths[:, None] * directions], axis=1).astype(np.float32)
         self.beams.append((ends, photons.power[rows].astype(np.float32), photons.path[rows]))
 
         after = photons.power[rows] * flights.weight

@@ -26,7 +26,7 @@ def render(scene: BeamScene, *, passes: int = PASSES, progress: ProgressOption =
     progress : bool or callable
         Show a bar, or call back with the fraction that is done.
     **settings
-        The fields of `PassSettings`: width, height, paths, radius, alpha, beams, blur, estimator, points,
+        The fields of `PassSettings`: width, height, n_paths, radius, alpha, kind, blur, estimator, points,
         max_scatterings, seed, method.
 
     Returns
@@ -41,7 +41,7 @@ def render(scene: BeamScene, *, passes: int = PASSES, progress: ProgressOption =
     Examples
     --------
     >>> import fastlines as fl
-    >>> fl.beams.render(fl.beams.example("glass-sphere"), width=32, height=32, passes=2, paths=2000)
+    >>> fl.beams.render(fl.beams.example("glass-sphere"), width=32, height=32, passes=2, n_paths=2000)
     <BeamPicture: 32 × 32 pixels, 2 passes>
     """
     made = Passes(scene, **settings)

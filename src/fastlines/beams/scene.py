@@ -66,7 +66,7 @@ class BeamScene:
         camera: Camera | None = None,
         box: npt.ArrayLike | None = None,
     ) -> None:
-        if not hasattr(medium, "reach"):
+        if not hasattr(medium, "distance_at"):
             raise InputError(f"medium is {kind_of(medium)}; expected fl.beams.HomogeneousMedium or GridMedium")
         several = tuple(lights) if isinstance(lights, Sequence) else (lights,)
         if not several or not all(hasattr(light, "emit") for light in several):
@@ -88,22 +88,32 @@ class BeamScene:
             object.__setattr__(self, name, value)
 
     @property
+    def bounds(self) -> Float64Array:
+        """The lowest and the highest corner of the medium and of all surfaces, (2, 3) float64."""
+        if self.surfaces.bounds is None:
+            return self.box
+        low, high = np.stack([self.box, self.surfaces.bounds], axis=1)
+        return np.stack([low.min(axis=0), high.max(axis=0)])
+
+    @property
     def power(self) -> Float64Array:
         """The power of all lights, (3,) float64."""
-        return np.asarray(np.array([light.total_power(self.box) for light in self.lights]).sum(axis=0))
+        bounds = self.bounds
+        return np.asarray(np.array([light.total_power(bounds) for light in self.lights]).sum(axis=0))
 
     def emit(self, keys: UInt64Array) -> Emission:
         """Emit a photon for each key, (n,) uint64, from a light chosen by its power; the mean of power is `power`."""
-        chances = np.array([sum(light.total_power(self.box)) for light in self.lights])
-        chances /= chances.sum()
+        bounds = self.bounds
         if len(self.lights) == 1:
-            return self.lights[0].emit(keys, self.box)
+            return self.lights[0].emit(keys, bounds)
+        chances = np.array([sum(light.total_power(bounds)) for light in self.lights])
+        chances /= chances.sum()
         chosen = np.searchsorted(np.cumsum(chances)[:-1], uniform(keys, 63), side="right")
         origins, directions, power = np.empty((3, len(keys), 3))
         made = Emission(origins, directions, power, np.empty(len(keys), np.bool_))
         for i, light in enumerate(self.lights):
             here = np.flatnonzero(chosen == i)
-            one = light.emit(keys[here], self.box)
+            one = light.emit(keys[here], bounds)
             for column, values in zip(made, one._replace(power=one.power / chances[i]), strict=True):
                 column[here] = values
         return made

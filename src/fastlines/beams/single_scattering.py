@@ -14,13 +14,19 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from ..arrays import list_rows
 from ..errors import InputError
 from ..support.counter_random import Float64Array
+from ..support.phase_function import phase_function
 from ..support.vectors import dot
 from .coefficients import unit_rays
 from .lights import PointLight
 from .medium import HomogeneousMedium
 from .scene import BeamScene
+from .surfaces import NoSurfaces
+
+#: The least distance of a ray from the light, as a fraction of that of its origin; rounding hides a smaller one.
+NEAREST = 1e-12
 
 
 def single_scattering(
@@ -33,7 +39,7 @@ def single_scattering(
     scene : BeamScene
         With a `HomogeneousMedium` and a `PointLight` in its box.
     origins, directions : (n, 3) array
-        Rays, none of which goes through the light.
+        Rays, none of which lies on a line through the light.
     order : int
         Of the quadrature.
 
@@ -45,7 +51,8 @@ def single_scattering(
     Raises
     ------
     InputError
-        If the scene has another medium or light.
+        If the scene has another medium or light, surfaces, or its light outside of its box; or if a ray lies on a line
+        through the light, where the integral may be infinite.
 
     Examples
     --------
@@ -59,14 +66,28 @@ def single_scattering(
     medium, light = scene.medium, scene.lights[0]
     if not (isinstance(medium, HomogeneousMedium) and isinstance(light, PointLight) and len(scene.lights) == 1):
         raise InputError("single scattering is integrated for one PointLight in a HomogeneousMedium")
+    if not isinstance(scene.surfaces, NoSurfaces):
+        raise InputError("single scattering is integrated in a scene without surfaces; leave out surfaces=")
+    place = np.asarray(light.position)
+    if (place < scene.box[0]).any() or (place > scene.box[1]).any():
+        raise InputError(
+            f"the light at {light.position} is outside of the box of the medium, {scene.box.tolist()}; single "
+            "scattering is integrated for a light within it: move the light, or give another box="
+        )
     starts, ways = unit_rays(origins, directions)
     begin, end = scene.in_box(starts, ways)
     end = np.maximum(end, begin)
 
     # Find the nearest point to the light, and the angles of both ends as the light sees them.
-    to_light = np.asarray(light.position) - starts
+    to_light = place - starts
     nearest = dot(to_light, ways)
-    height = np.sqrt(np.maximum(dot(to_light, to_light) - nearest**2, 0))
+    across = np.cross(to_light, ways)
+    height = np.sqrt(dot(across, across))
+    if (through := height <= NEAREST * np.sqrt(dot(to_light, to_light))).any():
+        raise InputError(
+            f"{int(through.sum())} of {len(through)} rays lie on a line through the light ({list_rows(through)}); move "
+            "these rays aside"
+        )
     first, last = np.arctan2(begin - nearest, height), np.arctan2(end - nearest, height)
     nodes, weights = np.polynomial.legendre.leggauss(order)
     angle = (first + last)[:, None] / 2 + (last - first)[:, None] / 2 * nodes
@@ -74,8 +95,7 @@ def single_scattering(
     r = height[:, None] / np.cos(angle)
 
     # Light flies from the light to the ray, and turns towards the origin of the ray.
-    cosine, g = -np.sin(angle), medium.g
-    phase = (1 - g**2) / (4 * np.pi * (1 + g**2 - 2 * g * cosine) ** 1.5)
+    phase = phase_function(medium.g, -np.sin(angle))
     passed = np.exp(-(t + r)[..., None] * medium.extinction) * phase[..., None]
     integral = (passed * weights[:, None]).sum(axis=1) * ((last - first) / (2 * height))[:, None]
     return np.asarray(integral * medium.scattering * light.power / (4 * np.pi))

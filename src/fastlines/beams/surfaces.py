@@ -24,13 +24,15 @@ from ..rendering.state import describe, digest
 from ..support.counter_random import Float64Array, UInt64Array
 from ..support.vectors import dot
 from .coefficients import BoolArray
-from .materials import Material
+from .materials import Glass, Material
 
 #: How far from a surface light goes on, so that float32 tells these points apart: as a fraction of the size of all
 #: surfaces and their largest coordinate together.
 OFF = 2.0**-18
 #: How far behind a solid the opposite ray starts, likewise: even a grazing one must start outside.
 BEYOND = 2.0**-8
+#: A direction along no axis or diagonal.
+ASKEW = (0.48, 0.64, 0.6)
 
 
 class Scattered(NamedTuple):
@@ -153,12 +155,13 @@ class TracedSurfaces:
     ----------
     surfaces : sequence of pairs (geometry, material)
         `Triangles`, `Spheres` or `Boxes`, and `Mirror`, `Glass` or `Diffuse`. Spheres or boxes of one geometry must not
-        overlap. Triangles of glass are a closed surface whose corners run counter-clockwise, seen from outside.
+        overlap. Triangles of glass are a closed surface whose corners run counter-clockwise, seen from outside. There
+        is no glass in other glass; a mesh is not checked for glass in it.
 
     Raises
     ------
     InputError
-        If a surface is not such a pair.
+        If a surface is not such a pair, or glass is in the glass of a sphere or a box.
 
     Examples
     --------
@@ -188,6 +191,7 @@ class TracedSurfaces:
         #: The corners of triangles, by their part; rays may be inside of the other parts.
         self.meshes = {i: part.corners for i, part in enumerate(parts) if getattr(part, "shape", None) == TRIANGLE}
         self.solids = [i for i in range(len(parts)) if i not in self.meshes]
+        self._refuse_nested_glass()
 
     def intersect(self, origins: Float64Array, directions: Float64Array) -> TracedHits:
         """See `Surfaces`."""
@@ -214,6 +218,23 @@ class TracedSurfaces:
     def fingerprint(self) -> str:
         """See `Surfaces`."""
         return f"{digest(self.geometry)} {describe(self.materials)}"
+
+    def _refuse_nested_glass(self) -> None:
+        """Refuse glass in the glass of a solid: light that leaves the inner one would be in the medium."""
+        glass = [i for i, material in enumerate(self.materials) if isinstance(material, Glass)]
+        for outer in set(glass) & set(self.solids):
+            for inner in set(glass) - {outer}:
+                points, _ = self.geometry.parts[inner].span()
+                is_inside = np.ones(len(points), np.bool_)
+                for way in (ASKEW, np.negative(ASKEW)):  # a point that only touches is not inside both ways
+                    around = self.tree.first_hit(points, way, at="surface", parts=outer)
+                    assert around.t_out is not None
+                    is_inside &= around.hit & (around.t == 0) & (around.t_out > self.off)
+                if is_inside.any():
+                    raise InputError(
+                        f"surface {inner} is inside of surface {outer}, and both are of Glass; expected glass that is "
+                        "not in other glass: leave one of them out, or move them apart"
+                    )
 
     def _outward(self, entered: FirstHits) -> Float64Array:
         """Return the normals of what rays enter; those of triangles by the order of their corners."""

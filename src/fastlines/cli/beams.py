@@ -55,7 +55,7 @@ def beams(
         bool, Option("--long", help="Make beams that end at surfaces, rather than where photons collide.")
     ] = False,
     adapt: Annotated[
-        bool, Option("--adapt", help="Give each beam a radius that suits how dense beams are at each of its ends.")
+        bool, Option("--adapt", help="Give each beam a radius that suits how dense beams are around it.")
     ] = False,
     blur: Annotated[str, Option(metavar="NAME", help="The kernel of the blur: box or epanechnikov.")] = "box",
     estimator: Annotated[
@@ -65,9 +65,7 @@ def beams(
     exposure: Annotated[
         float | None, Option(help="Brighten a .png by 2 to this power; chosen by default.", show_default=False)
     ] = None,
-    method: Annotated[
-        str | None, Option("--method", "-m", metavar="NAME", help="The kind of tree to build; best by default.")
-    ] = None,
+    method: Annotated[str, Option("--method", "-m", metavar="NAME", help="The kind of tree to build.")] = "beams",
     resume: Annotated[bool, Option("--resume", help="Go on with a picture that Ctrl-C has stopped.")] = False,
 ) -> None:
     """Render the light that a medium scatters, from the flights of photons: fog, caustics, shafts of light.
@@ -94,10 +92,10 @@ def beams(
         example(scene),
         width=width or height or SIZE,
         height=height or width or SIZE,
-        paths=paths,
+        n_paths=paths,
         radius=radius,
         alpha=alpha,
-        beams="long" if long else "short",
+        kind="long" if long else "short",
         adapt=adapt,
         blur=blur,
         estimator=estimator,

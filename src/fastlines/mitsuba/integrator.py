@@ -6,15 +6,14 @@ Its radius is less than that of the pass before (see `fastlines.beams.passes`). 
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache, partial
 from typing import Any
 
 import numpy as np
 
 from ..arrays import count
-from ..beams.estimate import BeamMap
-from ..beams.passes import PassSettings
-from ..beams.photons import trace_photons
+from ..beams.passes import PassSettings, map_pass
 from ..beams.render import PASSES
 from ..beams.scene import BeamScene
 from ..errors import InputError
@@ -26,7 +25,7 @@ NAME = "photonbeams"
 #: How many rays of the camera are traced at a time.
 RAYS = 1 << 21
 #: The parameters of the integrator that are fields of `PassSettings`.
-PASS_PARAMETERS = ("paths", "radius", "adapt", "alpha", "beams", "blur", "max_scatterings", "method")
+PASS_PARAMETERS = ("n_paths", "radius", "adapt", "alpha", "kind", "blur", "max_scatterings", "method")
 
 
 @cache
@@ -74,8 +73,8 @@ def integrator_class(variant: str) -> Any:
             most = max(RAYS // int(np.prod(sensor.film().crop_size())), 1)
             volume, total = beam_scene(scene), 0.0
             try:
-                for i, radius in zip(range(passes), self.settings.radii(volume), strict=False):
-                    self._paths = self._trace(scene, volume, radius, seed, i)
+                for i in range(passes):
+                    self._paths = self._trace(scene, volume, seed, i)
                     end = samples * (i + 1) // passes
                     while done < end:
                         some = min(end - done, most)
@@ -94,27 +93,16 @@ def integrator_class(variant: str) -> Any:
             paths = self._paths
             if paths is None:
                 volume = beam_scene(scene)
-                paths = self._trace(scene, volume, next(self.settings.radii(volume)), self.settings.seed, 0)
+                paths = self._trace(scene, volume, self.settings.seed, 0)
             return *paths.radiance(sampler, ray, medium is not None, active), []
 
         def to_string(self) -> str:
             return f"PhotonBeams[passes = {self.passes}, max_depth = {self.max_depth}, {self.settings}]"
 
-        def _trace(self, scene: Any, volume: BeamScene, radius: float, seed: int, number: int) -> CameraPaths:
-            """Trace the photons of a pass, and build a tree over their beams."""
-            settings = self.settings
-            beams = trace_photons(
-                volume,
-                settings.paths,
-                kind=settings.beams,
-                seed=seed,
-                pass_number=number,
-                max_scatterings=settings.max_scatterings,
-            )
-            own = {"own_radius": radius, "scale": radius / next(settings.radii(volume))} if settings.adapt else {}
-            beam_map = BeamMap(volume, beams, settings.method, **own)
-            more = 0.0 if settings.adapt else radius
-            light_along = partial(beam_map.light_along, radius=more, blur=settings.blur)
+        def _trace(self, scene: Any, volume: BeamScene, seed: int, pass_number: int) -> CameraPaths:
+            """Trace the photons of a pass, and prepare paths that gather their light."""
+            beam_map, radius = map_pass(volume, replace(self.settings, seed=seed), pass_number)
+            light_along = partial(beam_map.light_along, radius=radius, blur=self.settings.blur)
             return CameraPaths(scene, volume, light_along, self.max_depth, self.rr_depth, self.hide_emitters)
 
     return PhotonBeams

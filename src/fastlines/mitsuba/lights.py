@@ -44,12 +44,12 @@ class MitsubaLights:
         red, green, blue = emission.power.mean(axis=0).tolist()
         return red, green, blue
 
-    def total_power(self, box: Float64Array) -> Vector:
+    def total_power(self, bounds: Float64Array) -> Vector:
         """See `beams.Light`; an estimate, which chooses between lights and does not scale them."""
         return self._power
 
-    def emit(self, keys: UInt64Array, box: Float64Array) -> Emission:
-        """See `beams.Light`; the box is that of the scene of Mitsuba."""
+    def emit(self, keys: UInt64Array, bounds: Float64Array) -> Emission:
+        """See `beams.Light`; Mitsuba knows the bounds of its scene."""
         n = len(keys)
         ray, weight, emitter = self.scene.sample_emitter_ray(
             0.0, samples(keys, 0), pairs_of_samples(keys, 1), pairs_of_samples(keys, 3), True

@@ -19,7 +19,8 @@ import numpy.typing as npt
 
 from ..geometry.lines import Lines
 from ..support.counter_random import Float64Array, UInt64Array, uniform
-from ..support.unit_directions import isotropic, scattering_cosine, turned
+from ..support.phase_function import scattering_cosine
+from ..support.unit_directions import isotropic, turned
 
 LIGHT = (0.35, 0.6, 0.45)
 EXTINCTION = 0.8

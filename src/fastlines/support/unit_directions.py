@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TypeAlias
-
 import numpy as np
-import numpy.typing as npt
 
+from .counter_random import Float64Array
 from .vectors import dot
-
-Float64Array: TypeAlias = npt.NDArray[np.float64]
 
 
 def isotropic(u: Float64Array, v: Float64Array) -> Float64Array:
@@ -23,24 +19,6 @@ def isotropic(u: Float64Array, v: Float64Array) -> Float64Array:
     z, azimuth = 2 * u - 1, 2 * np.pi * v
     sine = np.sqrt(1 - z * z)
     return np.stack([sine * np.cos(azimuth), sine * np.sin(azimuth), z], axis=1)
-
-
-def scattering_cosine(g: float, xi: Float64Array) -> Float64Array:
-    """Return cosines of angles of scattering, 1 straight on, by the phase function of Henyey and Greenstein (1941).
-
-    Its distribution, inverted at a uniform ξ (Witt 1977; Pharr, Jakob, Humphreys, "Physically Based Rendering", 4th
-    ed., §11.3.1):
-
-        cos θ = (1 + g² − ((1 − g²) / (1 − g + 2gξ))²) / 2g,     2ξ − 1 for g = 0.
-
-    Examples
-    --------
-    >>> scattering_cosine(0.5, np.array([0.0, 1.0])), scattering_cosine(0.0, np.array([0.25]))
-    (array([-1.,  1.]), array([-0.5]))
-    """
-    if abs(g) < 1e-4:
-        return 2 * xi - 1
-    return np.asarray((1 + g * g - ((1 - g * g) / (1 - g + 2 * g * xi)) ** 2) / (2 * g))
 
 
 def turned(direction: Float64Array, cosine: Float64Array, turn: Float64Array) -> Float64Array:

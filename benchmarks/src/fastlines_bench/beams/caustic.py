@@ -39,7 +39,7 @@ class CausticSize:
     ----------
     size : int
         The width of the picture.
-    paths, radius : int, float
+    n_paths, radius : int, float
         The photons of our passes, and the radius of the first one.
     seconds, reference_s : float
         The seconds of each side, and of the reference.
@@ -48,7 +48,7 @@ class CausticSize:
     """
 
     size: int
-    paths: int
+    n_paths: int
     radius: float
     seconds: float
     reference_s: float
@@ -78,8 +78,10 @@ class Volpath:
 class Beams:
     """Our progressive passes."""
 
-    def __init__(self, scene: FogScene, paths: int, radius: float) -> None:
-        self._passes = fl.beams.Passes(scene.beams(), width=scene.size, height=scene.size, paths=paths, radius=radius)
+    def __init__(self, scene: FogScene, n_paths: int, radius: float) -> None:
+        self._passes = fl.beams.Passes(
+            scene.beams(), width=scene.size, height=scene.size, n_paths=n_paths, radius=radius
+        )
 
     def add(self) -> None:
         """Add one more pass."""
@@ -115,7 +117,7 @@ def run_caustic(size: CausticSize, progress: Callable[[str, float], None]) -> Fi
             return math.sqrt(max(resolved, float(squares.mean()))) / mean
 
         sides: dict[str, Any] = {
-            OURS: Beams(scene, size.paths, size.radius),
+            OURS: Beams(scene, size.n_paths, size.radius),
             THEIRS: Volpath(mitsuba, max(1, samples // 4), 0),
         }
         curves = _curves(sides, size.seconds, error, now, progress)
@@ -187,7 +189,7 @@ def _figures(
     ours_mean = float(pictures[OURS][counted].mean())
     reaches = "never reaches" if reached is None else f"reaches after {reached:.2f} s"
     notes = [
-        f"{size.size}² pixels, {size.n_threads} thread(s); {size.paths:,} photons a pass, the first radius "
+        f"{size.size}² pixels, {size.n_threads} thread(s); {size.n_paths:,} photons a pass, the first radius "
         f"{size.radius:g}. Mitsuba {version}; the reference has {n_samples:,} samples a pixel. Errors are root mean "
         "squares over the pixels beside the sphere, by the mean radiance, less the noise of the reference. No error is "
         "shown as less than what the reference resolves.",
