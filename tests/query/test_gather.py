@@ -257,6 +257,12 @@ def test_skipped_rays_sum_to_nothing() -> None:
     assert found.count[0] > 0
     assert found.sum[1] == 0
     assert found.skipped.tolist() == [1]
+    depths = np.array([[0, 1], [np.nan, np.nan]])
+    how: dict[str, Any] = {"t_max": [2, np.inf], "invalid": "skip"}
+    found = fl.build(SEGMENTS).gather(origins, [0, 0, 1], 0.2, optical_depth=depths, **how)
+    assert found.sum[0] > 0
+    assert found.sum[1] == 0
+    assert np.isnan(depths[1]).all(), "the array is the caller's"
 
 
 def test_progress_is_reported() -> None:
@@ -301,6 +307,11 @@ def test_what_has_no_directions_is_refused() -> None:
     with pytest.raises(fl.InputError, match=r"phase=0\.5 needs the directions"):
         triangles.gather(ORIGINS, DIRECTIONS, blur="none", phase=0.5)
     assert triangles.gather(ORIGINS, DIRECTIONS, blur="none").count.sum() > 0
+    balls = fl.Spheres.from_centres(RNG.random((9, 3)), radius=0.5)
+    mixed = fl.build(fl.Geometry([fl.Lines.from_segments(SEGMENTS), balls, THICK]))
+    assert mixed.gather(ORIGINS, DIRECTIONS, 0).count.sum() > 0, "some of the lines are thick"
+    with pytest.raises(fl.InputError, match="radius=0 leaves a blur no width"):
+        mixed.gather(ORIGINS, DIRECTIONS, 0, parts=[0, 1])
     curves = fl.build(ALL_KINDS["curves"](SEGMENTS))
     with pytest.raises(fl.InputError, match="line_sigma is for straight lines"):
         curves.gather(ORIGINS, DIRECTIONS, line_sigma=1)
