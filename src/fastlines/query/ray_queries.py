@@ -298,14 +298,15 @@ class RayQueries(HitRunQueries):
 
         Notes
         -----
-        With a blur, sums leave out hits on lines that are parallel to the ray, to within 2⁻²⁰, and those whose reach is
-        0. Curves, primitives of your own, parts of a `Geometry`, forests and `ignore` list hits, in parts.
+        With a blur, sums leave out hits on lines that are parallel to the ray, to within 2⁻²⁰, and those whose reach
+        times sin θ is below 2⁻¹²⁶, the least normal float32. Curves, primitives of your own, parts of a `Geometry`,
+        forests, GPUs and `ignore` list hits, in parts, which the CPU sums.
 
         Raises
         ------
         InputError
-            As `first_hit`; if values, extinctions or depths cannot be used; if a blur has a radius of 0; or if rays or
-            the tree are on a GPU.
+            As `first_hit`; if values, extinctions or depths cannot be used; if a blur has a radius of 0; or if rays are
+            in the memory of a GPU.
 
         Examples
         --------
