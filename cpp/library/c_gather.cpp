@@ -21,6 +21,8 @@ fl::GatherOptions options_of(const fl_gather_options& given, std::size_t n_rays,
   if (given.values) what.values = {given.values, n_lines * what.n_channels};
   std::copy_n(given.sigma, what.sigma.size(), what.sigma.begin());
   std::copy_n(given.line_sigma, what.line_sigma.size(), what.line_sigma.begin());
+  if (!given.optical_depth != !given.n_depths)
+    throw fl::InputError("one of optical_depth and n_depths is 0, and the other is not; set both, or neither");
   what.n_depths = given.n_depths;
   if (given.optical_depth)
     what.optical_depth = {given.optical_depth,

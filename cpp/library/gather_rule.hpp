@@ -60,6 +60,9 @@ inline fastlines::GatherRule rule_of(const GatherOptions& what, const QueryOptio
     require_numbers("values", what.values, n_lines * what.n_channels, "n_channels for each line",
                     std::numeric_limits<float>::lowest());
   rule.values = what.values;
+  if (rays.size() > 0 && what.optical_depth.empty() != (what.n_depths == 0))
+    throw InputError("optical_depth has " + std::to_string(what.optical_depth.size()) + " numbers, and n_depths is " +
+                     std::to_string(what.n_depths) + "; set both, or neither");
   if (!what.optical_depth.empty()) {
     for (const float each : sigma)
       if (each != 0.0f) throw InputError("optical_depth stands for sigma; set one of them");

@@ -11,7 +11,7 @@ using test::check, test::Random;
 namespace {
 
 /// The digest of all sums below. If it differs, sums have changed, on this machine or on all.
-constexpr std::uint64_t kDigest = 0x68c5d6ce2f519ac9;
+constexpr std::uint64_t kDigest = 0xa4aeb302c4bdd4c5;
 
 constexpr int kChannels = 3;
 

@@ -91,6 +91,11 @@ void check_input(const fl::Tree& tree, const Rays& rays) {
   check(refuses(what, "expected 2 steps or more"), "too few depths");
   what.n_depths = 2;
   check(refuses(what, "optical_depth"), "depths that do not match");
+  what.n_depths = 0;
+  check(refuses(what, "optical_depth has 3 numbers, and n_depths is 0; set both, or neither"), "depths without steps");
+  what = {};
+  what.n_depths = 5;
+  check(refuses(what, "optical_depth has 0 numbers, and n_depths is 5"), "steps without depths");
 }
 
 void check_gather() {

@@ -216,14 +216,22 @@ def test_stack_room() -> None:
     assert stack_room(nodes[:0]) == 1
 
 
+@pytest.mark.parametrize("kind", ["segments", "round cones", "curves"])
+def test_the_cpu_sums_what_the_gpu_finds(kind: str, device: EmulatedDevice) -> None:
+    tree = fl.build(ALL_KINDS[kind](TREE.geometry.segments))
+    how: dict[str, Any] = {"values": np.arange(len(tree.geometry)) + 1, "sigma": 0.1}
+    for spread in (0.0, 0.02):
+        found, expected = (on.gather(*RAYS, **how, spread=spread) for on in (tree.to("cuda"), tree))
+        assert found.count.any()
+        assert found.sum.tobytes() == expected.sum.tobytes()
+
+
 def test_what_the_gpu_does_not_do(device: EmulatedDevice) -> None:
     tree = TREE.to("cuda")
     with pytest.raises(fl.InputError, match="at='surface' has no meaning with a spread"):
         tree.first_hit([0, 0, -5], [0, 0, 1], spread=0.1, at="surface")
     with pytest.raises(fl.InputError, match="kernel='wave' is one of the CPU's"):
         tree.first_hit(*RAYS, kernel="wave")
-    with pytest.raises(fl.InputError, match=r"this tree is on a GPU; query tree\.to\('cpu'\)"):
-        tree.gather(*RAYS)
     triangles = fl.build(fl.Triangles([[[0, 0, 0], [1, 0, 0], [0, 1, 0]]]))
     with pytest.raises(fl.InputError, match="a spread is for lines, and this tree is over Triangles"):
         triangles.to("cuda").first_hit(*RAYS, spread=0.1)

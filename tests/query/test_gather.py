@@ -203,6 +203,26 @@ def test_parallel_lines_are_left_out() -> None:
     assert tree.gather([0, 0, -1], [0, 0, 1], 0.2, blur="none", inner=False).count == 2
 
 
+def test_depths_are_read_in_any_range_of_t() -> None:
+    tree, table = fl.build([[[-1, 0, 0], [1, 0, 0]]]), np.linspace(0, 1, 1000)[None]
+    rays = [[0, 0, 0]], [[0, 0, 1]], 0.5
+    # The hit is at t = 0. The first range is a number below the least normal one, the second more than float32 holds.
+    for bounds, share in (((0, 1e-40), 0), ((-1e-40, 0), 1), ((0, 0), 0), ((-3e38, 3e38), 0.5), ((-3e38, 1e38), 0.75)):
+        how: dict[str, Any] = {"t_min": bounds[0], "t_max": bounds[1], "optical_depth": table, "inner": False}
+        assert tree.gather(*rays, **how).sum == pytest.approx([np.exp(-share)], rel=1e-6), bounds
+        assert tree.gather(*rays, **how, kernel="binary").sum == tree.gather(*rays, **how).sum
+
+
+def test_the_least_reach_adds_what_float32_holds() -> None:
+    tree = fl.build([[[-1, 0, 0], [1, 0, 0]]])
+    rays = [[0, 0, -1]], [[0, 0, 1]]
+    assert tree.gather(*rays, 1e-37).sum == pytest.approx([5e36])
+    for values in (None, [0.0]):
+        found = tree.gather(*rays, 1e-44, values=values, inner=False)
+        assert found.sum == found.count == 0
+    assert tree.gather(*rays, 1e-10, [1e38], sigma=200).sum == 0, "light that is absorbed, however much it was"
+
+
 def test_large_and_small_contributions() -> None:
     lines = np.stack([[-1, 0, z, 1, 0, z] for z in range(64)]).reshape(-1, 2, 3)
     values = np.float32(2.0) ** np.repeat(np.arange(-10, 22), 2)
@@ -237,6 +257,12 @@ def test_skipped_rays_sum_to_nothing() -> None:
     assert found.count[0] > 0
     assert found.sum[1] == 0
     assert found.skipped.tolist() == [1]
+    depths = np.array([[0, 1], [np.nan, np.nan]])
+    how: dict[str, Any] = {"t_max": [2, np.inf], "invalid": "skip"}
+    found = fl.build(SEGMENTS).gather(origins, [0, 0, 1], 0.2, optical_depth=depths, **how)
+    assert found.sum[0] > 0
+    assert found.sum[1] == 0
+    assert np.isnan(depths[1]).all(), "the array is the caller's"
 
 
 def test_progress_is_reported() -> None:
@@ -281,6 +307,11 @@ def test_what_has_no_directions_is_refused() -> None:
     with pytest.raises(fl.InputError, match=r"phase=0\.5 needs the directions"):
         triangles.gather(ORIGINS, DIRECTIONS, blur="none", phase=0.5)
     assert triangles.gather(ORIGINS, DIRECTIONS, blur="none").count.sum() > 0
+    balls = fl.Spheres.from_centres(RNG.random((9, 3)), radius=0.5)
+    mixed = fl.build(fl.Geometry([fl.Lines.from_segments(SEGMENTS), balls, THICK]))
+    assert mixed.gather(ORIGINS, DIRECTIONS, 0).count.sum() > 0, "some of the lines are thick"
+    with pytest.raises(fl.InputError, match="radius=0 leaves a blur no width"):
+        mixed.gather(ORIGINS, DIRECTIONS, 0, parts=[0, 1])
     curves = fl.build(ALL_KINDS["curves"](SEGMENTS))
     with pytest.raises(fl.InputError, match="line_sigma is for straight lines"):
         curves.gather(ORIGINS, DIRECTIONS, line_sigma=1)

@@ -9,7 +9,6 @@ import numpy as np
 import numpy.typing as npt
 
 from ..arrays import IntArray
-from ..errors import InputError
 from ..progress import ProgressCallback
 from ..query.at import At, has_exit, number_of
 from ..query.backend import GatherColumns, HitColumns, HitLists
@@ -79,9 +78,9 @@ class CudaBackend:
         _report_end(progress)
         return found
 
-    def gather(self, rays: RayBatch, rule: GatherRule, progress: ProgressCallback | None) -> GatherColumns:
-        """See `Backend`; GPUs do not sum."""
-        raise InputError("gather sums on the CPU, and this tree is on a GPU; query tree.to('cpu')")
+    def gather(self, rays: RayBatch, rule: GatherRule, progress: ProgressCallback | None) -> GatherColumns | None:
+        """See `Backend`; the CPU sums the lists of the device."""
+        return None
 
     def find_first(self, rays: RaysOnDevice, at: At) -> DeviceColumns:
         """Find the first hits, on the device."""

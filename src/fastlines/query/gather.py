@@ -17,7 +17,7 @@ from ..progress import ProgressCallback
 from ..support.texts import counted
 from ..threads import get_num_threads
 from .backend import Backend, GatherColumns
-from .rays import RayBatch
+from .rays import RayBatch, seen_of
 from .run_lists import list_runs
 
 #: The kernels that spread a hit over the reach of its ray.
@@ -229,6 +229,9 @@ def _depths(given: npt.ArrayLike, rays: RayBatch) -> FloatArray:
     if not np.isfinite(rays.t_max).all() or not np.isfinite(rays.t_min).all():
         raise InputError("optical_depth has equal steps from t_min to t_max; pass finite t_min= and t_max= with it")
     depths = depths.reshape(len(rays), *more)
+    if len(rays.skipped):
+        depths = depths.copy()
+        depths[rays.skipped] = 0
     bad = ~(np.isfinite(depths) & (depths >= 0))
     if bad.any():
         raise InputError(f"optical_depth holds NaN, Inf or numbers below 0 ({list_rows(_any_of_row(bad))})")
@@ -252,8 +255,9 @@ def _check_lines(given: GatherArguments, blur: str, geometry: AnyGeometry) -> No
 
 
 def _require_width(geometry: AnyGeometry, rays: RayBatch) -> None:
-    """Refuse a blur without a width."""
-    if geometry.max_radius > 0 or rays.has_spread:
+    """Refuse a blur without a width, at the lines that rays see."""
+    seen = (part for each in seen_of(geometry, rays.parts) for part in each.each_part())
+    if rays.has_spread or any(part.max_radius > 0 for part in seen if part.has_directions):
         return
     is_zero = np.broadcast_to(rays.radius == 0, len(rays)).copy()
     is_zero[rays.skipped] = False

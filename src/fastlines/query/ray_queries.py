@@ -110,7 +110,7 @@ class RayQueries(HitRunQueries):
         >>> arch = fl.Curves.from_bezier([[[0, 0, 0], [0, 0, 4], [3, 0, 4], [3, 0, 0]]], radius=0.05)
         >>> hits = fl.build(arch).first_surface([-5, 0, 1], [1, 0, 0])
         >>> print(hits.t.round(2), hits.prim, hits.u.round(2))
-        5.16 0 0.09
+        5.02 0 0.09
         """
         return self._query(kernel, RayArguments(origins, directions, radius, **options)).first_surface()
 
@@ -298,14 +298,15 @@ class RayQueries(HitRunQueries):
 
         Notes
         -----
-        With a blur, sums leave out hits on lines that are parallel to the ray, to within 2⁻²⁰, and those whose reach is
-        0. Curves, primitives of your own, parts of a `Geometry`, forests and `ignore` list hits, in parts.
+        With a blur, sums leave out hits on lines that are parallel to the ray, to within 2⁻²⁰, and those whose reach
+        times sin θ is below 2⁻¹²⁶, the least normal float32. Curves, primitives of your own, parts of a `Geometry`,
+        forests, GPUs and `ignore` list hits, in parts, which the CPU sums.
 
         Raises
         ------
         InputError
-            As `first_hit`; if values, extinctions or depths cannot be used; if a blur has a radius of 0; or if rays or
-            the tree are on a GPU.
+            As `first_hit`; if values, extinctions or depths cannot be used; if a blur has a radius of 0; or if rays are
+            in the memory of a GPU.
 
         Examples
         --------

@@ -1,5 +1,6 @@
 // What hits add to the sum of their ray, 16 at a time (gather_rule.hpp). All is float32, in the order in which it is
-// written here, but for the directions and lengths of lines, which are computed in float64 and rounded once.
+// written here, but for the directions and lengths of lines and the places in tables of optical depths. These are
+// computed in float64 and rounded once.
 #pragma once
 
 #include <algorithm>
@@ -68,6 +69,7 @@ class Contributions {
                 (((u_ > 0.0f) & (u_ < 1.0f)) | (line.length == FloatLanes(0.0f)));
     if (rule.blur != Blur::none) blur(line, load_lanes(hits.distance + first, n));
     if (rule.phase) weight_ *= phase_function(dot(Vec3Lanes::of(ray_.direction), line.direction));
+    if (ray.depths) find_steps();
   }
 
   /// Which hits count: −1, else 0.
@@ -75,10 +77,10 @@ class Contributions {
 
   /// What they add to a channel; 0 for those that do not count.
   FloatLanes operator[](int channel) const {
-    FloatLanes found = weight_;
-    if (!rule_.values.empty()) found = found * values(channel);
+    // The weight may be large, so it comes last: a product that overflows and is then multiplied by 0 would be NaN.
+    FloatLanes found = rule_.values.empty() ? FloatLanes(1.0f) : values(channel);
     if (absorbs(channel)) found = found * exp(-absorbed(channel));
-    return select(counts_, found, FloatLanes(0.0f));
+    return select(counts_, found * weight_, FloatLanes(0.0f));
   }
 
  private:
@@ -93,12 +95,13 @@ class Contributions {
     const FloatLanes sine = sqrt(dot(across, across));
     const FloatLanes own_radius = line.radius0 + u_ * (line.radius1 - line.radius0);
     const FloatLanes reach = own_radius + ray_.radius + ray_.spread * depth_;
-    counts_ = counts_ & (sine >= kLeastSine) & (reach > 0.0f);
+    const FloatLanes width = reach * sine;
+    counts_ = counts_ & (sine >= kLeastSine) & (width >= kLeastWidth);
     if (rule_.blur == Blur::box) {
-      weight_ = 0.5f / (reach * sine);
+      weight_ = 0.5f / width;
     } else {
       const FloatLanes ratio = distance / reach;
-      weight_ = 0.75f * max(1.0f - ratio * ratio, 0.0f) / (reach * sine);
+      weight_ = 0.75f * max(1.0f - ratio * ratio, 0.0f) / width;
     }
   }
 
@@ -131,21 +134,30 @@ class Contributions {
     return on_ray + rule_.line_sigma[c] * along_;
   }
 
+  /// Find the step of the table of optical depths before each hit, and how far it is from there to the next one.
+  void find_steps() {
+    // float32 overflows where t_min and t_max are far apart, and where they are nearly equal.
+    const double t_min = ray_.t_min, length = double(ray_.t_max) - t_min, last = rule_.n_depths - 1;
+    const double per_t = length > 0.0 ? last / length : 0.0;
+    float beyond[kLanes];
+    for (int i = 0; i < kLanes; ++i) {
+      const double place = std::min(std::max(0.0, (double(t_[i]) - t_min) * per_t), last);  // 0 if it is NaN
+      step_[i] = std::min(int(place), rule_.n_depths - 2);
+      beyond[i] = float(place - step_[i]);
+    }
+    beyond_step_ = FloatLanes::load(beyond);
+  }
+
   FloatLanes depth_in_table(int channel) const {
-    const int n = rule_.n_depth_channels, last = rule_.n_depths - 1;
-    const float length = ray_.t_max - ray_.t_min;
-    const float per_t = length > 0.0f ? float(last) / length : 0.0f;
-    const FloatLanes place = clamp((t_ - ray_.t_min) * per_t, 0.0f, float(last));
-    const FloatLanes whole = min(to_float(to_int(place)), float(last - 1));
-    const IntLanes step = to_int(whole);
+    const auto n = std::size_t(rule_.n_depth_channels);
     float before[kLanes], after[kLanes];
     for (int i = 0; i < kLanes; ++i) {
-      const float* const at = ray_.depths + step[i] * n + (n > 1 ? channel : 0);
+      const float* const at = ray_.depths + std::size_t(step_[i]) * n + (n > 1 ? channel : 0);
       before[i] = at[0];
       after[i] = at[n];
     }
     const FloatLanes low = FloatLanes::load(before);
-    return low + (place - whole) * (FloatLanes::load(after) - low);
+    return low + beyond_step_ * (FloatLanes::load(after) - low);
   }
 
   const GatherRule& rule_;
@@ -153,6 +165,9 @@ class Contributions {
   std::uint32_t prim_[kLanes];
   FloatLanes t_, u_, depth_, along_, weight_;
   IntLanes counts_;
+  // In the table of optical depths, if there is one.
+  int step_[kLanes];
+  FloatLanes beyond_step_;
 };
 
 }  // namespace fastlines

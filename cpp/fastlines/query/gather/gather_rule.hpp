@@ -25,6 +25,10 @@ inline constexpr int kMaxChannels = 8;
 /// The least sin θ that float32 can tell from 0. Pairs with a smaller one are left out, unless the blur is `none`.
 inline constexpr float kLeastSine = 0x1p-20f;
 
+/// The least R·sin θ, below which the inverse may be infinite. Pairs with a smaller one are left out, unless the blur
+/// is `none`.
+inline constexpr float kLeastWidth = 0x1p-126f;
+
 /// What is summed. The numbers are finite, and the absolute value of the phase is less than 1.
 struct GatherRule {
   Blur blur = Blur::box;
@@ -53,7 +57,8 @@ struct GatherRay {
     const double exact = length_of(query.direction), inv_length = 1.0 / exact;
     length = float(exact);
     for (int k = 0; k < 3; ++k) direction[k] = float(query.direction[k] * inv_length);
-    if (rule.n_depths) depths = rule.depths.data() + i * std::size_t(rule.n_depths * rule.n_depth_channels);
+    if (rule.n_depths)
+      depths = rule.depths.data() + i * std::size_t(rule.n_depths) * std::size_t(rule.n_depth_channels);
   }
 };
 
