@@ -110,7 +110,7 @@ class RayQueries(HitRunQueries):
         >>> arch = fl.Curves.from_bezier([[[0, 0, 0], [0, 0, 4], [3, 0, 4], [3, 0, 0]]], radius=0.05)
         >>> hits = fl.build(arch).first_surface([-5, 0, 1], [1, 0, 0])
         >>> print(hits.t.round(2), hits.prim, hits.u.round(2))
-        5.16 0 0.09
+        5.02 0 0.09
         """
         return self._query(kernel, RayArguments(origins, directions, radius, **options)).first_surface()
 
@@ -266,7 +266,7 @@ class RayQueries(HitRunQueries):
         """Sum over all hits of each ray, without listing them; `first_hit` explains the other parameters.
 
         A hit adds ``values[prim] · K / sin θ · exp(-sigma·t·|d|) · exp(-line_sigma·u·length) · p``. K is the blur, θ
-        the angle between ray and line, t·|d| the length along the ray, u·length the length along the line, and p the
+        the angle between ray and line, ``t·|d|`` the length along the ray, u·length that along the line, and p the
         phase function. The sum is exact in its order: every tree, kernel and number of threads gives the same bits.
 
         Parameters

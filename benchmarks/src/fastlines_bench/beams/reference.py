@@ -36,7 +36,7 @@ class Reference:
         self.mean = float(self.picture[counted].mean())
         # A product of the halves' noise has the variance of a half as its standard deviation.
         variance = ((one - other)[counted] ** 2).mean(axis=1) / 2
-        self.floor = float((variance**2).mean() / len(variance)) ** 0.25 / self.mean
+        self.floor: float = float((variance**2).mean() / len(variance)) ** 0.25 / self.mean
 
     def error(self, picture: Float64Array) -> float:
         """Return the root mean squared error of a picture, as a fraction of the mean radiance; at least `floor`."""
