@@ -52,32 +52,31 @@ def test_time_of_an_error():
 
 
 def noisy_reference() -> tuple[np.ndarray, Reference]:
-    """Return a picture, and a reference of it whose halves have normal noise; the pixels of its last row have more."""
+    """Return a picture, and a reference whose halves have grey noise of deviation 0.2; its last row does not count."""
     rng = np.random.default_rng(5)
     truth = rng.uniform(1, 3, (65, 64, 3))
-    one, other = truth + rng.normal(0, 0.2, (2, *truth.shape))
-    one[64] += 100
+    quarters = truth + rng.normal(0, 0.2 * 2**0.5, (4, *truth.shape[:2], 1))
+    quarters[0, 64] += 100
     counted = np.ones(truth.shape[:2], bool)
     counted[64] = False
-    return truth, Reference(one, other, counted)
+    return truth, Reference(list(quarters), counted)
 
 
 def test_an_error_is_without_the_noise_of_the_reference():
     truth, reference = noisy_reference()
     assert reference.mean == pytest.approx(2, abs=0.02)
-    for off in (0.1, 0.5):
+    for off in (0.2, 0.5):
         assert reference.error(truth + off) == pytest.approx(off / 2, rel=0.05)
     # The picture's own noise is part of its error, and does not raise the floor.
     noise = np.random.default_rng(6).normal(0, 0.5, truth.shape)
     assert reference.error(truth + noise) == pytest.approx(0.25, rel=0.05)
 
 
-def test_the_least_error_is_that_of_the_halves():
+def test_the_least_error_follows_from_the_noise_of_the_reference():
     truth, reference = noisy_reference()
-    # The mean of n products of noise is uncertain by about the variance of the noise by √n.
-    assert 0.2 / 64**0.5 / 2 * 0.9 < reference.floor < 0.2 / 64**0.5 / 2 * 1.4
-    assert reference.error(truth) == pytest.approx(reference.floor, rel=0.5)
-    assert reference.error((truth + reference.picture) / 2) >= reference.floor
+    # The standard error of the mean of 64² products is the variance of a half by 64.
+    assert reference.floor == pytest.approx((2 * 0.2**2 / 64) ** 0.5 / 2, rel=0.05)
+    assert reference.error(truth) == reference.floor
 
 
 @pytest.mark.parametrize(("theirs", "share"), [(0.04, 0.5), (None, None)])

@@ -101,14 +101,14 @@ def run_caustic(size: CausticSize, progress: Callable[[str, float], None]) -> Fi
         samples = _samples_a_second(mitsuba, now)
         fog = scene.beside_glass
 
-        # Render two independent halves of the reference.
-        n = max(1, round(size.reference_s / 2))
-        halves = Volpath(mitsuba, samples, 1_000_000), Volpath(mitsuba, samples, 2_000_000)
+        # Render independent quarters of the reference.
+        n = max(1, round(size.reference_s / 4))
+        quarters = [Volpath(mitsuba, samples, (1 + i) * 1_000_000) for i in range(4)]
         for i in range(n):
-            progress(f"reference, {2 * i} of {2 * n} s", 0.7 * i / n)
-            for half in halves:
-                half.add()
-        reference = Reference(halves[0].picture(), halves[1].picture(), fog)
+            progress(f"reference, {4 * i} of {4 * n} s", 0.7 * i / n)
+            for quarter in quarters:
+                quarter.add()
+        reference = Reference([quarter.picture() for quarter in quarters], fog)
         sides: dict[str, Any] = {
             OURS: Beams(scene, size.n_paths, size.radius),
             THEIRS: Volpath(mitsuba, max(1, samples // 4), 0),
@@ -118,7 +118,7 @@ def run_caustic(size: CausticSize, progress: Callable[[str, float], None]) -> Fi
     for picture in pictures.values():
         picture[~fog] = 0.0
     version = f"{mitsuba.version}, {size.variant}"
-    return _figures(size, curves, pictures, reference, version, 2 * n * samples)
+    return _figures(size, curves, pictures, reference, version, 4 * n * samples)
 
 
 def _samples_a_second(mitsuba: VolpathScene, now: Callable[[], float]) -> int:
