@@ -12,8 +12,9 @@ import pytest
 from command_line import done, refused
 from peers import needs_embree
 
-from fastlines_bench.beams.caustic import _time_of
+from fastlines_bench.beams.caustic import OURS, REFERENCE, THEIRS, CausticSize, _figures, _time_of
 from fastlines_bench.beams.closed_form import blurred, radiance
+from fastlines_bench.beams.reference import Reference
 
 pytestmark = pytest.mark.usefixtures("in_own_folder")
 
@@ -48,6 +49,48 @@ def test_blur_of_the_inverse_distance():
 def test_time_of_an_error():
     curve = [(1.0, 0.4), (4.0, 0.1)]
     assert [_time_of(curve, error) for error in (0.5, 0.2, 0.05)] == [1.0, pytest.approx(2.0), None]
+
+
+def noisy_reference() -> tuple[np.ndarray, Reference]:
+    """Return a picture, and a reference whose halves have grey noise of deviation 0.2; its last row does not count."""
+    rng = np.random.default_rng(5)
+    truth = rng.uniform(1, 3, (65, 64, 3))
+    quarters = truth + rng.normal(0, 0.2 * 2**0.5, (4, *truth.shape[:2], 1))
+    quarters[0, 64] += 100
+    counted = np.ones(truth.shape[:2], bool)
+    counted[64] = False
+    return truth, Reference(list(quarters), counted)
+
+
+def test_an_error_is_without_the_noise_of_the_reference():
+    truth, reference = noisy_reference()
+    assert reference.mean == pytest.approx(2, abs=0.02)
+    for off in (0.2, 0.5):
+        assert reference.error(truth + off) == pytest.approx(off / 2, rel=0.05)
+    # The picture's own noise is part of its error, and does not raise the floor.
+    noise = np.random.default_rng(6).normal(0, 0.5, truth.shape)
+    assert reference.error(truth + noise) == pytest.approx(0.25, rel=0.05)
+
+
+def test_the_least_error_follows_from_the_noise_of_the_reference():
+    truth, reference = noisy_reference()
+    # The standard error of the mean of 64² products is the variance of a half by 64.
+    assert reference.floor == pytest.approx((2 * 0.2**2 / 64) ** 0.5 / 2, rel=0.05)
+    assert reference.error(truth) == reference.floor
+
+
+@pytest.mark.parametrize(("theirs", "share"), [(0.04, 0.5), (None, None)])
+def test_an_error_at_the_floor_is_not_compared(theirs, share):
+    truth, reference = noisy_reference()
+    last = theirs or reference.floor
+    curves = {OURS: [(1.0, 0.08), (4.0, 0.02)], THEIRS: [(4.0, last)]}
+    pictures = {name: truth.copy() for name in (OURS, THEIRS, REFERENCE)}
+    size = CausticSize(64, 1000, 0.1, 4.0, 16.0, "llvm_ad_rgb", floors=True, n_threads=1)
+    figures = _figures(size, curves, pictures, reference, "3.9", 1000)
+    sooner = figures.checks[1]
+    assert sooner.figure == (None if share is None else pytest.approx(share))
+    assert sooner.holds is (None if share is None else False)
+    assert ("is the least that the reference resolves" in figures.notes[1]) == (share is None)
 
 
 def test_point_light():

@@ -15,8 +15,9 @@ typedef enum fl_blur {
   FL_NO_BLUR = 2            /* No kernel: K / sin(angle) is 1. */
 } fl_blur;
 
-/* What a hit adds to the sum of its ray: value * K / sin(angle) * exp(-sigma * t * |d|) * exp(-line_sigma * u * length)
- * p, with the angle between ray and line. All members that are 0 are at their defaults. */
+/* What a hit adds to the sum of its ray, with the angle between ray and line:
+ * `value * K / sin(angle) * exp(-sigma * t * |d|) * exp(-line_sigma * u * length) * p`.
+ * All members that are 0 are at their defaults. */
 typedef struct fl_gather_options {
   fl_blur blur;               /* The kernel K. */
   size_t n_channels;          /* The number of sums of each ray, up to 8; 0 means 1. */

@@ -253,6 +253,8 @@ def kind_of(values: object) -> str:
     """Describe a value that was given, for an error message."""
     if isinstance(values, np.ndarray):
         return f"an array of {values.dtype} of shape {values.shape}"
+    if isinstance(values, type):
+        return f"a class, {values.__name__}"
     return with_article(type(values).__name__)
 
 

@@ -29,7 +29,8 @@ from fastlines.beams import (
 FOG, LIGHT, BOX = HomogeneousMedium(0, 1), PointLight((0, 0, 0), 1), [[-1, -1, -1], [1, 1, 1]]
 NAN_GRID = np.full((2, 2, 2), np.nan)
 SCENE = BeamScene(FOG, [LIGHT], box=BOX)
-BALL = fl.Spheres.from_centres([[0.5, 0.5, 0.5]], radius=0.2)
+WITH_LENS = fl.Camera(origin=(0, 0, 4), target=(0, 0, 0), lens_radius=0.1)
+BALL, WIRE = fl.Spheres.from_centres([[0.5, 0.5, 0.5]], radius=0.2), [[[0, 0, 0], [1, 0, 0]]]
 MIRRORED = BeamScene(FOG, [LIGHT], [(BALL, Mirror())], box=BOX)
 
 
@@ -57,12 +58,24 @@ MIRRORED = BeamScene(FOG, [LIGHT], [(BALL, Mirror())], box=BOX)
         (lambda: DirectionalLight((0, 0, 1), (0, 0, 0)), "the light has no power"),
         (lambda: Mirror(1.5), "reflectance=1.5"),
         (lambda: Glass(0), "ior=0"),
-        (lambda: BeamScene(FOG, [], box=BOX), "lights: expected one or more"),
-        (lambda: BeamScene(FOG, [FOG], box=BOX), "lights: expected one or more"),
+        (lambda: BeamScene(FOG, [], box=BOX), "there are no lights; give one"),
+        (lambda: BeamScene(FOG, [LIGHT, FOG], box=BOX), "light 1 is a HomogeneousMedium; expected a light"),
+        (lambda: BeamScene(FOG, [PointLight], box=BOX), "light 0 is a class, PointLight; expected a light"),
         (lambda: BeamScene("fog", [LIGHT], box=BOX), "medium is a str"),
+        (lambda: BeamScene(HomogeneousMedium, [LIGHT], box=BOX), "medium is a class, HomogeneousMedium"),
         (lambda: BeamScene(FOG, [LIGHT]), "nothing says where the medium is"),
         (lambda: BeamScene(FOG, [LIGHT], box=[[1, 1, 1], [0, 0, 0]]), "its lowest and highest corner"),
         (lambda: BeamScene(FOG, [LIGHT], [Mirror()], box=BOX), "surface 0 is a Mirror; expected a pair"),
+        (lambda: BeamScene(FOG, [LIGHT], Mirror(), box=BOX), "surfaces are a Mirror; expected a list of pairs"),
+        (lambda: BeamScene(FOG, [LIGHT], [(BALL, Glass)], box=BOX), "the material of surface 0 is a class, Glass"),
+        (lambda: BeamScene(FOG, [LIGHT], [(BALL, LIGHT)], box=BOX), "the material of surface 0 is a PointLight"),
+        (
+            lambda: BeamScene(FOG, [LIGHT], [(BALL, Glass()), (fl.Lines.from_segments(WIRE), Glass())], box=BOX),
+            "the geometry of surface 1 is Lines; expected Triangles, Spheres or Boxes",
+        ),
+        (lambda: BeamScene(FOG, [LIGHT], [(fl.Spheres, Glass())], box=BOX), "surface 0 is a class, Spheres"),
+        (lambda: BeamScene(FOG, [LIGHT], [(fl.Geometry([BALL]), Glass())], box=BOX), "surface 0 is a Geometry"),
+        (lambda: BeamScene(FOG, [LIGHT], [("ball", Glass())], box=BOX), "the geometry of surface 0 is a str"),
         (
             lambda: BeamScene(FOG, [LIGHT], [(fl.Triangles(np.zeros((0, 3, 3))), Mirror())], box=BOX),
             "surface 0 has no primitives",
@@ -76,6 +89,7 @@ MIRRORED = BeamScene(FOG, [LIGHT], [(BALL, Mirror())], box=BOX)
             "the common part of box and of that of the medium",
         ),
         (lambda: BeamScene(FOG, [LIGHT], camera=1, box=BOX), "camera is an int"),
+        (lambda: BeamScene(FOG, [LIGHT], camera=WITH_LENS, box=BOX), "has a lens; expected a pinhole"),
         (lambda: example("glas-sphere"), "there is no scene .glas-sphere.; did you mean .glass-sphere."),
         (lambda: trace_photons(SCENE, 0), "n_paths=0"),
         (lambda: trace_photons(SCENE, 1, kind="medium"), "kind='medium'"),
@@ -92,6 +106,8 @@ MIRRORED = BeamScene(FOG, [LIGHT], [(BALL, Mirror())], box=BOX)
         (lambda: render(example("point-light"), alpha=0), "alpha=0"),
         (lambda: render(example("point-light"), passes=0), "passes=0"),
         (lambda: render(example("point-light"), width=0), "width=0"),
+        (lambda: render(example("point-light"), widht=8), "there is no setting 'widht'; did you mean 'width'"),
+        (lambda: Passes(example("point-light"), foo=1), "there is no setting 'foo'; known: width, height"),
         (lambda: render(example("point-light"), kind="wide"), "kind='wide'"),
         (lambda: render(example("point-light"), blur="none"), "blur='none'"),
         (lambda: render(example("point-light"), estimator="line"), "estimator='line'"),

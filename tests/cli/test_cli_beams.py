@@ -10,6 +10,7 @@ from PIL import Image
 from support.command_line import done, refused, run
 
 from fastlines.beams import NAMES, Passes
+from fastlines.rendering import refinement
 
 pytestmark = pytest.mark.usefixtures("in_own_folder")
 
@@ -71,6 +72,33 @@ def test_an_interrupted_picture_goes_on(monkeypatch):
     assert "2 passes" in done("beams", "glass-sphere", *SMALL, "-o", "x.png", "--resume")
     assert (pixels("x.png") == pixels("whole.png")).all()
     assert not Path("x.png.npz").exists()
+
+
+@pytest.mark.parametrize("extension", [".png", ".exr"])
+def test_a_picture_goes_on_after_a_crash(monkeypatch, extension):
+    if extension == ".exr":
+        pytest.importorskip("OpenEXR")
+    output, state = f"x{extension}", Path(f"x{extension}.npz")
+    done("beams", "glass-sphere", *SMALL, "-o", f"whole{extension}")
+    add = Passes.add
+
+    def crashing(passes, progress=None):
+        if passes.done == 1:
+            raise MemoryError
+        add(passes, progress)
+
+    monkeypatch.setattr(refinement, "WAITED", 0.0)  # however short the passes are
+    monkeypatch.setattr(Passes, "add", crashing)
+    assert run("beams", "glass-sphere", *SMALL, "-o", output).exit_code not in (0, 130)
+    assert state.is_file()
+    assert Path(output).is_file() == (extension == ".png")
+
+    monkeypatch.setattr(Passes, "add", add)
+    done("beams", "glass-sphere", *SMALL, "-o", output, "--resume")
+    assert Path(output).read_bytes() == Path(f"whole{extension}").read_bytes()
+    assert not state.exists()
+    done("beams", "glass-sphere", *SMALL, "-o", output)
+    assert not state.exists()
 
 
 @pytest.mark.parametrize(

@@ -15,8 +15,9 @@ enum class Blur {
   epanechnikov,  ///< 3 / (4R) · (1 − (distance / R)²).
 };
 
-/// What a hit adds to the sum of its ray: value · K / sin θ · exp(−`sigma`·t·|d|) · exp(−`line_sigma`·u·length) · p,
-/// with the angle θ between ray and line. Arrays belong to the caller and are not copied.
+/// What a hit adds to the sum of its ray, with the angle θ between ray and line:
+/// `value · K / sin θ · exp(−sigma·t·|d|) · exp(−line_sigma·u·length) · p`.
+/// Arrays belong to the caller and are not copied.
 struct GatherOptions {
   Blur blur = Blur::box;       ///< The kernel K.
   std::size_t n_channels = 1;  ///< The number of sums of each ray, 1 to 8.

@@ -1,4 +1,4 @@
-"""A picture of the light in a medium: its radiance, how sure it is, and its files."""
+"""A picture of the light in a medium: its radiance, its variance, and its files."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Checks of coefficients and of power in red, green and blue, of points, directions and boxes."""
+"""Checks of coefficients and of power in red, green and blue, of points, directions, boxes and parts of a scene."""
 
 from __future__ import annotations
 
@@ -75,6 +75,11 @@ def unit_rays(origins: npt.ArrayLike, directions: npt.ArrayLike) -> tuple[Float6
     if bad.any():
         raise InputError(f"{int(bad.sum())} of {len(bad)} rays are not finite, or have no direction ({list_rows(bad)})")
     return starts, ways / length[:, None]
+
+
+def has_member(value: object, name: str) -> bool:
+    """Return whether a value is an object with a member of this name, and not a class."""
+    return not isinstance(value, type) and hasattr(value, name)
 
 
 def check_box(name: str, box: npt.ArrayLike) -> Float64Array:

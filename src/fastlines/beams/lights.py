@@ -122,7 +122,7 @@ class SpotLight(_Powered):
     target : (3,) numbers
         A point on the axis of the cone.
     power : number or (3,) numbers
-        As of a `PointLight`.
+        See `PointLight`.
     angle_degrees : float
         From the axis to the edge of the cone, above 0 and at most 180.
 
@@ -170,7 +170,7 @@ class AreaLight(_Powered):
     edge_u, edge_v : (3,) numbers
         The two edges that meet at the corner. The front is on the side of their cross product.
     power : number or (3,) numbers
-        As of a `PointLight`.
+        See `PointLight`.
 
     Raises
     ------

@@ -187,7 +187,7 @@ class HomogeneousMedium(Coefficients):
     Raises
     ------
     InputError
-        If a number is negative or not finite, |g| is 1 or more, or nothing is scattered.
+        If a number is negative or not finite, g is not between -1 and 1, or nothing is scattered.
 
     Examples
     --------

@@ -11,12 +11,12 @@ import hashlib
 import math
 import os
 import time
-from dataclasses import dataclass, fields, is_dataclass
+from dataclasses import dataclass, fields, is_dataclass, replace
 from typing import Any
 
 import numpy as np
 
-from ..arrays import choice, count, number
+from ..arrays import choice, count, did_you_mean, number
 from ..errors import InputError
 from ..progress import ProgressCallback, staged
 from ..rendering.state import describe, read_state, write_state
@@ -135,8 +135,9 @@ class Passes:
     ----------
     scene : BeamScene
         With a camera.
-    settings : PassSettings
-        Or its fields, as keywords.
+    settings : PassSettings, optional
+    **more
+        Fields of `PassSettings`, in place of those of `settings`.
 
     Attributes
     ----------
@@ -154,7 +155,10 @@ class Passes:
     """
 
     def __init__(self, scene: BeamScene, settings: PassSettings | None = None, **more: Any) -> None:
-        self.scene, self.settings = scene, PassSettings(**more) if settings is None else settings
+        known = [field.name for field in fields(PassSettings)]
+        if unknown := [name for name in more if name not in known]:
+            raise InputError(f"there is no setting {unknown[0]!r}{did_you_mean(unknown[0], known)}")
+        self.scene, self.settings = scene, replace(settings or PassSettings(), **more)
         if scene.camera is None:
             raise InputError("the scene has no camera; give it one, as BeamScene(…, camera=fl.Camera(…))")
         shape = (self.settings.height, self.settings.width, 3)

@@ -71,7 +71,7 @@ class Beams:
         The power at the start: that of all lights, if the photon were their only one. So it is to be divided by
         ``n_paths``.
     n_paths : int
-        How many photons were emitted, those without a beam included.
+        How many photons were emitted. Some may have no beam.
     kind : {"short", "long"}
     decay : (3,) float64
         The extinction along the beams, per column depth.

@@ -26,8 +26,8 @@ def render(scene: BeamScene, *, passes: int = PASSES, progress: ProgressOption =
     progress : bool or callable
         Show a bar, or call back with the fraction that is done.
     **settings
-        The fields of `PassSettings`: width, height, n_paths, radius, alpha, kind, blur, estimator, points,
-        max_scatterings, seed, method.
+        The fields of `PassSettings`: width, height, n_paths, radius, alpha, kind, adapt, blur, estimator,
+        points, max_scatterings, seed, method.
 
     Returns
     -------

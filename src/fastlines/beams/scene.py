@@ -13,7 +13,7 @@ from ..camera import Camera
 from ..errors import InputError
 from ..geometry.any_geometry import AnyGeometry
 from ..support.counter_random import Float64Array, UInt64Array, uniform
-from .coefficients import check_box
+from .coefficients import check_box, has_member
 from .lights import Emission, Light
 from .materials import Material
 from .medium import Medium
@@ -33,7 +33,7 @@ class BeamScene:
     surfaces : sequence of pairs (geometry, material), or Surfaces
         See `TracedSurfaces`.
     camera : Camera, optional
-        Pictures need one, or rays instead.
+        A pinhole. Pictures need one.
     box : (2, 3) array, optional
         The lowest and the highest corner of the medium; by default those of its grid, or else of the surfaces. A medium
         on a grid is in the part that is in both.
@@ -41,7 +41,8 @@ class BeamScene:
     Raises
     ------
     InputError
-        If there is no light, a surface cannot be used, or nothing says where the medium is.
+        If there is no light, the medium, a light, a surface or the camera cannot be used, or nothing says where the
+        medium is.
 
     Examples
     --------
@@ -66,15 +67,24 @@ class BeamScene:
         camera: Camera | None = None,
         box: npt.ArrayLike | None = None,
     ) -> None:
-        if not hasattr(medium, "distance_at"):
+        if not has_member(medium, "distance_at"):
             raise InputError(f"medium is {kind_of(medium)}; expected fl.beams.HomogeneousMedium or GridMedium")
         several = tuple(lights) if isinstance(lights, Sequence) else (lights,)
-        if not several or not all(hasattr(light, "emit") for light in several):
-            raise InputError("lights: expected one or more, such as fl.beams.PointLight((0, 1, 0), power=1)")
+        if not several:
+            raise InputError("there are no lights; give one, such as fl.beams.PointLight((0, 1, 0), power=1)")
+        for i, light in enumerate(several):
+            if not has_member(light, "emit"):
+                raise InputError(
+                    f"light {i} is {kind_of(light)}; expected a light, such as fl.beams.PointLight((0, 1, 0), power=1)"
+                )
         if camera is not None and not isinstance(camera, Camera):
             raise InputError(f"camera is {kind_of(camera)}; expected fl.Camera")
+        if camera is not None and camera.lens_radius:
+            raise InputError(f"{camera!r} has a lens; expected a pinhole, which has lens_radius=0")
         if isinstance(surfaces, Sequence):
             surfaces = TracedSurfaces(surfaces) if surfaces else NoSurfaces()
+        elif not has_member(surfaces, "intersect"):
+            raise InputError(f"surfaces are {kind_of(surfaces)}; expected a list of pairs (geometry, material)")
         of_medium: Float64Array | None = getattr(medium, "box", None)
         known = next((one for one in (box, of_medium, surfaces.bounds) if one is not None), None)
         if known is None:

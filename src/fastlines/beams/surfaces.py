@@ -23,7 +23,7 @@ from ..query.hits import FirstHits
 from ..rendering.state import describe, digest
 from ..support.counter_random import Float64Array, UInt64Array
 from ..support.vectors import dot
-from .coefficients import BoolArray
+from .coefficients import BoolArray, has_member
 from .materials import Glass, Material
 
 #: How far from a surface light goes on, so that float32 tells these points apart: as a fraction of the size of all
@@ -173,10 +173,19 @@ class TracedSurfaces:
 
     def __init__(self, surfaces: Sequence[tuple[AnyGeometry, Material]]) -> None:
         for i, pair in enumerate(surfaces):
-            if not isinstance(pair, tuple | list) or len(pair) != 2 or not hasattr(pair[1], "turn"):
+            if not isinstance(pair, tuple | list) or len(pair) != 2:
                 raise InputError(
                     f"surface {i} is {kind_of(pair)}; expected a pair of a geometry and a material, such as "
                     "(fl.Spheres.from_centres([[0, 0, 0]], radius=1), fl.beams.Glass())"
+                )
+            geometry, material = pair
+            if not has_member(geometry, "can_be_part") or not geometry.can_be_part or geometry.has_directions:
+                raise InputError(
+                    f"the geometry of surface {i} is {kind_of(geometry)}; expected Triangles, Spheres or Boxes"
+                )
+            if not has_member(material, "turn"):
+                raise InputError(
+                    f"the material of surface {i} is {kind_of(material)}; expected a material, such as fl.beams.Glass()"
                 )
         self.geometry = Geometry([geometry for geometry, _ in surfaces])
         if empty := [i for i, part in enumerate(self.geometry.parts) if not len(part)]:

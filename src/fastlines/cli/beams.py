@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -13,10 +11,11 @@ from typer import Option
 from ..progress import reporting, staged
 from ..support.texts import counted
 from .files import check_output, note, show_progress
-from .resume import WRITE_SECONDS, check_resume, state_path, without_interrupts
+from .resume import WRITE_SECONDS, check_resume, keep_state, state_path, without_interrupts
 
 if TYPE_CHECKING:
     from ..beams import Passes
+    from ..rendering import Pace
 
 #: The width and the height of a picture in pixels.
 SIZE = 512
@@ -70,9 +69,10 @@ def beams(
 ) -> None:
     """Render the light that a medium scatters, from the flights of photons: fog, caustics, shafts of light.
 
-    Each pass traces new photons, builds a tree over their flights, and gathers their light with a smaller radius. A
-    .png is written after the first pass, and replaced every few seconds. Ctrl-C writes the picture of the passes that
-    are done; the same command with [cyan]--resume[/] goes on, and gives the picture of an uninterrupted run.
+    Each pass traces new photons, builds a tree over their flights, and gathers their light with a smaller radius. Every
+    few seconds, the passes so far are saved beside the picture, and a .png is replaced. Ctrl-C writes the picture of
+    the passes that are done. The same command with [cyan]--resume[/] goes on, after a crash too, and gives the picture
+    of an uninterrupted run.
 
     [bold]Examples[/]
 
@@ -83,7 +83,7 @@ def beams(
     [cyan]fastlines beams point-light --radius 0.01 --alpha 1 -o light.png[/]
     """
     from ..beams import Passes, example
-    from ..rendering import check_image_path
+    from ..rendering import Pace, check_image_path
 
     is_early = check_image_path(output) == ".png"
     check_output(output)
@@ -104,41 +104,40 @@ def beams(
     )
     if resume:
         made.resume(state_path(output))
-    is_whole = _add_passes(made, passes, (lambda: made.picture().save(output, exposure)) if is_early else None)
+
+    def keep() -> None:
+        made.save(state_path(output))
+        if is_early:
+            made.picture().save(output, exposure)
+
+    pace = Pace(WRITE_SECONDS)
+    is_whole = _add_passes(made, passes, pace, keep)
     with without_interrupts():
         if made.done:
             made.picture().save(output, exposure)
-        if not is_whole:
-            made.save(state_path(output))
-            done = f"{made.done} of {counted(passes, 'passes')}"
-            goes_on = f"the same command with --resume goes on from {state_path(output)}"
-            typer.echo(f"stopped after {done}; {goes_on}", err=True)
-            raise typer.Exit(130)
-        if resume:
-            Path(state_path(output)).unlink(missing_ok=True)
+        done = f"{made.done} of {counted(passes, 'passes')}"
+        keep_state(made, output, is_whole, resume or pace.n_shown > 0, done)
     picture = made.picture()
     typer.echo(f"{output}: {counted(picture.n_passes, 'passes')}, {counted(picture.n_paths, 'photons')}")
 
 
-def _add_passes(made: Passes, n_passes: int, show: Callable[[], object] | None) -> bool:
+def _add_passes(made: Passes, n_passes: int, pace: Pace, keep: Callable[[], object]) -> bool:
     """Add passes until there are enough or until Ctrl-C; return whether all are there.
 
-    `show` writes the picture so far. It is called every few seconds.
+    `keep` writes what is done. It is called every few seconds if the passes take long.
     """
     from ..rendering import report_if_long
 
-    is_reported, shown = False, -WRITE_SECONDS
+    is_reported = False
     with reporting(show_progress(), "render") as callback:
         try:
             while made.done < n_passes:
                 made.add(staged(callback, made.done / n_passes, (made.done + 1) / n_passes))
-                if not is_reported and made.seconds_a_pass is not None:
-                    left = made.seconds_a_pass * (n_passes - made.done)
+                left = (made.seconds_a_pass or 0.0) * (n_passes - made.done)
+                if not is_reported:
                     report_if_long("this picture takes", left, note)
                     is_reported = True
-                if show is not None and made.done < n_passes and time.perf_counter() - shown > WRITE_SECONDS:
-                    show()
-                    shown = time.perf_counter()
+                pace.show(left, keep)
         except KeyboardInterrupt:
             return False
     return True

@@ -121,7 +121,9 @@ def write_one(order: Order, plan: PicturePlan) -> str:
     with without_interrupts():
         if renderer.has_picture:  # else an older picture of this name is better
             finish(renderer, plan).save(order.output, order.transparent)
-        keep_state(renderer, order.output, is_whole, order.resume)
+        rows = f"{renderer.n_rows} of {renderer.height} rows of pixels"
+        done = f"{renderer.done} of {renderer.samples} samples a pixel" if renderer.done else rows
+        keep_state(renderer, order.output, is_whole, order.resume, done)
     if not plan.is_suitable:
         hint_at_radius(plan.tree, *plan.camera.rays(*small(plan.width, plan.height)), plan.radius)
     return f"{order.output}: {plan.width} × {plan.height} pixels, {focus(plan)}{thickness(plan)}"

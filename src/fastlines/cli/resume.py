@@ -7,6 +7,7 @@ import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Protocol
 
 import typer
 
@@ -17,6 +18,13 @@ from .files import check_output, note, show_progress
 
 #: The least time between two unfinished pictures that are written.
 WRITE_SECONDS = 3.0
+
+
+class Resumable(Protocol):
+    """A picture that can be saved before it is whole."""
+
+    def save(self, path: str) -> None:
+        """Write all that is done to a file; it appears whole or not at all."""
 
 
 def state_path(output: str) -> str:
@@ -42,7 +50,8 @@ def add_samples(renderer: Progressive, output: str, resume: bool, show: Callable
     with reporting(show_progress(), "render") as callback:
         try:
             for _ in refined(renderer, callback, note):
-                if show is not None and pace.show(renderer, show) and pace.n_shown == 1 and show_progress():
+                is_shown = show is not None and pace.show(renderer.seconds_left, show)
+                if is_shown and pace.n_shown == 1 and show_progress():
                     note(f"{output}: is a first picture; it is replaced by better ones as samples come")
         except KeyboardInterrupt:
             return False
@@ -62,15 +71,25 @@ def without_interrupts() -> Iterator[None]:
         signal.signal(signal.SIGINT, before)
 
 
-def keep_state(renderer: Progressive, output: str, is_whole: bool, resumed: bool) -> None:
-    """Delete the state of a whole picture that was resumed; write that of another, say so, and exit with 130."""
+def keep_state(picture: Resumable, output: str, is_whole: bool, is_ours: bool, done: str) -> None:
+    """Delete the state of a whole picture; write that of another, say so, and exit with 130.
+
+    Parameters
+    ----------
+    picture : Resumable
+    output : str
+        The file of the picture.
+    is_whole : bool
+    is_ours : bool
+        Whether this command has read or written the state before, so that it may delete it.
+    done : str
+        How much of the picture is done, in words.
+    """
     state = state_path(output)
     if is_whole:
-        if resumed:
+        if is_ours:
             Path(state).unlink(missing_ok=True)
         return
-    renderer.save(state)
-    rows = f"{renderer.n_rows} of {renderer.height} rows of pixels"
-    done = f"{renderer.done} of {renderer.samples} samples a pixel" if renderer.done else rows
+    picture.save(state)
     typer.echo(f"stopped after {done}; the same command with --resume goes on from {state}", err=True)
     raise typer.Exit(130)

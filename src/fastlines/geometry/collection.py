@@ -61,8 +61,7 @@ class Geometry(AnyGeometry):
             if has_user_methods(part) or isinstance(part, UserPrimitives):
                 raise InputError(f"part {i} is a class of your own; build a tree over it alone, and query both trees")
             if not isinstance(part, AnyGeometry) or not part.can_be_part:
-                what = "a class" if isinstance(part, type) else kind_of(part)
-                raise InputError(f"part {i} is {what}; expected one of {_names()}")
+                raise InputError(f"part {i} is {kind_of(part)}; expected one of {_names()}")
         object.__setattr__(self, "parts", parts)
         if len(offsets := {part.offset for part in parts if part.has_axes}) > 1:
             several = " and ".join(map(str, sorted(offsets)))

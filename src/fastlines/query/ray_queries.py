@@ -266,7 +266,7 @@ class RayQueries(HitRunQueries):
         """Sum over all hits of each ray, without listing them; `first_hit` explains the other parameters.
 
         A hit adds ``values[prim] · K / sin θ · exp(-sigma·t·|d|) · exp(-line_sigma·u·length) · p``. K is the blur, θ
-        the angle between ray and line, t·|d| the length along the ray, u·length the length along the line, and p the
+        the angle between ray and line, ``t·|d|`` the length along the ray, u·length that along the line, and p the
         phase function. The sum is exact in its order: every tree, kernel and number of threads gives the same bits.
 
         Parameters

@@ -71,11 +71,10 @@ class Pace:
     n_shown: int = field(default=0, init=False)
     _next: float = field(default=0.0, init=False)
 
-    def show(self, renderer: Progressive, draw: Callable[[], object]) -> bool:
+    def show(self, seconds_left: float | None, draw: Callable[[], object]) -> bool:
         """Call a function that shows the picture so far, if that is due; return whether it was called."""
         start = time.perf_counter()
-        left = renderer.seconds_left
-        if start < self._next or (left is not None and left < WAITED):
+        if start < self._next or (seconds_left is not None and seconds_left < WAITED):
             return False
         draw()
         end = time.perf_counter()

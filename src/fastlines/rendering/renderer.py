@@ -224,7 +224,7 @@ def render(
         with reporting(progress, "render") as callback:
             for _ in refined(renderer, callback, _say):
                 if cell is not None:
-                    pace.show(renderer, lambda: cell.show(finish(renderer, plan, with_aovs=False)))
+                    pace.show(renderer.seconds_left, lambda: cell.show(finish(renderer, plan, with_aovs=False)))
     except KeyboardInterrupt:
         if not pace.n_shown:
             raise
