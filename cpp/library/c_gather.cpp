@@ -1,5 +1,6 @@
 // The C interface: sums over all hits of rays.
 #include <algorithm>
+#include <string>
 
 #include "c_rays.hpp"
 
@@ -22,7 +23,8 @@ fl::GatherOptions options_of(const fl_gather_options& given, std::size_t n_rays,
   std::copy_n(given.sigma, what.sigma.size(), what.sigma.begin());
   std::copy_n(given.line_sigma, what.line_sigma.size(), what.line_sigma.begin());
   if (!given.optical_depth != !given.n_depths)
-    throw fl::InputError("one of optical_depth and n_depths is 0, and the other is not; set both, or neither");
+    throw fl::InputError(std::string("optical_depth is ") + (given.optical_depth ? "an array" : "NULL") +
+                         ", and n_depths is " + std::to_string(given.n_depths) + "; set both, or neither");
   what.n_depths = given.n_depths;
   if (given.optical_depth)
     what.optical_depth = {given.optical_depth,

@@ -52,9 +52,10 @@ def test_bad_input_is_refused(library: Library, lines: fl.Lines) -> None:
         tree.gather(c_rays(radius=0.1), GatherOptions(blur=7))
     with pytest.raises(RuntimeError, match="n_channels is 9; expected 1 to 8"):
         tree.gather(c_rays(radius=0.1), GatherOptions(n_channels=9))
-    for some in ({"optical_depth": pointer(DEPTHS)}, {"n_depths": 5}):
-        with pytest.raises(RuntimeError, match="set both, or neither"):
-            tree.gather(c_rays(radius=0.1), GatherOptions(**some))
+    with pytest.raises(RuntimeError, match="optical_depth is an array, and n_depths is 0; set both, or neither"):
+        tree.gather(c_rays(radius=0.1), GatherOptions(optical_depth=pointer(DEPTHS)))
+    with pytest.raises(RuntimeError, match="optical_depth is NULL, and n_depths is 5"):
+        tree.gather(c_rays(radius=0.1), GatherOptions(n_depths=5))
     with pytest.raises(RuntimeError, match="rays is NULL"):
         library.call("fl_gather", tree.tree, None, None, None, None, None)
     with pytest.raises(RuntimeError, match="sum is NULL"):
