@@ -50,7 +50,7 @@ class Legs(NamedTuple):
 def camera_legs(
     scene: BeamScene, origins: Float64Array, directions: Float64Array, keys: UInt64Array, max_legs: int = MAX_LEGS
 ) -> Iterator[Legs]:
-    """Follow rays from surface to surface; yield their legs in the medium: the first of each ray, then the second, ….
+    """Follow rays from surface to surface; yield their legs in the medium: first legs, then second ones, and so on.
 
     A ray ends where it leaves the scene and at surfaces that are not specular. At its first surfaces it goes both ways
     where it may be reflected or refracted.

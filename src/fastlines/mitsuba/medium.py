@@ -20,7 +20,7 @@ from .packages import mi
 
 #: The voxels of a heterogeneous medium along each axis, where it is not a grid itself.
 VOXELS = 64
-#: By what fraction of the largest coefficients may differ, and still count as the same.
+#: Coefficients that differ by less than this fraction of the largest one count as the same.
 SAME = 1e-5
 
 
