@@ -151,3 +151,28 @@ def test_pictures_of_both_files(tmp_path):
 def test_a_dark_picture_has_an_exposure():
     dark = np.zeros((2, 3, 3), np.float32)
     assert BeamPicture(dark, dark, 1, 1, 0.1).for_screen().to_bytes().max() <= 1
+
+
+def test_one_side_makes_a_square():
+    scene = example("point-light")
+    assert (Passes(scene, width=7).width, Passes(scene, width=7).height) == (7, 7)
+    assert Passes(scene, PassSettings(n_paths=5), height=7).settings.size == (7, 7)
+    assert Passes(scene, PassSettings(width=5), height=7).settings.size == (5, 7)
+    assert Passes(scene).settings.size == (512, 512)
+
+
+def test_a_camera_that_sees_no_medium_is_told_once():
+    scene = example("point-light")
+    away = fl.Camera(origin=(0, 0, 5), target=(0, 0, 10))
+    passes = Passes(BeamScene(scene.medium, scene.lights, camera=away, box=scene.box), **SMALL)
+    with pytest.warns(UserWarning, match="no ray of the camera goes through the medium"):
+        passes.add()
+    passes.add()
+    assert not passes.picture().radiance.any()
+
+
+def test_a_file_that_is_no_state_is_named(tmp_path):
+    path = tmp_path / "own.png"
+    added(1).picture().save(path)
+    with pytest.raises(fl.InputError, match=r"own.png: is not the state of a picture; expected the .npz file"):
+        Passes(example("glass-sphere"), **SMALL).resume(path)

@@ -115,7 +115,7 @@ def test_photons_stay_out_of_where_the_grid_is_empty():
 
 def test_glass_that_touches_other_glass_is_not_in_it():
     two = [[[-1, -1, -1], [0, 1, 1]]], [[[0, -1, -1], [1, 1, 1]]]
-    scene = BeamScene(RGB_FOG, LIGHTS, [(fl.Boxes(box), Glass()) for box in two])
+    scene = BeamScene(RGB_FOG, [DirectionalLight((0, -1, 0), 1)], [(fl.Boxes(box), Glass()) for box in two])
     assert len(scene.surfaces.materials) == 2
 
 

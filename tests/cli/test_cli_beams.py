@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -24,7 +25,8 @@ def pixels(path):
 
 @pytest.mark.parametrize("scene", NAMES)
 def test_each_scene_becomes_a_picture(scene):
-    assert done("beams", scene, *SMALL, "-o", "x.png") == "x.png: 2 passes, 600 photons\n"
+    told = done("beams", scene, *SMALL, "-o", "x.png")
+    assert re.fullmatch(r"x.png: 2 passes, 600 photons, exposure -?[\d.]+\n", told)
     assert pixels("x.png").shape == (12, 16, 3)
     assert pixels("x.png").max() > 100
 
@@ -74,6 +76,44 @@ def test_an_interrupted_picture_goes_on(monkeypatch):
     assert not Path("x.png.npz").exists()
 
 
+def stop_at(monkeypatch, n_passes):
+    """Interrupt pictures when they have this many passes."""
+    add = Passes.add
+
+    def interrupted(passes, progress=None):
+        if passes.done == n_passes:
+            raise KeyboardInterrupt
+        add(passes, progress)
+
+    monkeypatch.setattr(Passes, "add", interrupted)
+
+
+def test_saved_passes_are_not_replaced_unseen(monkeypatch):
+    with monkeypatch.context() as patch:
+        stop_at(patch, 2)
+        run("beams", "glass-sphere", *SMALL[:-1], 3, "-o", "x.png")
+    saved = Path("x.png.npz").read_bytes()
+    with monkeypatch.context() as patch:
+        stop_at(patch, 0)
+        stopped = run("beams", "glass-sphere", *SMALL, "-o", "x.png")
+    assert stopped.exit_code == 130
+    assert re.findall("^note: .*$", stopped.stderr, re.MULTILINE) == [
+        "note: x.png.npz: has 2 passes of an unfinished picture, which new ones replace; --resume goes on from them"
+    ]
+    assert "stopped in the first pass, so there is no picture yet" in stopped.stderr
+    assert Path("x.png.npz").read_bytes() == saved
+    message = refused("beams", "glass-sphere", *SMALL[:-1], 1, "-o", "x.png", "--resume")[1]
+    assert "2 passes are done; --passes 1 counts them too" in message
+    assert Path("x.png.npz").read_bytes() == saved
+    assert "3 passes" in done("beams", "glass-sphere", *SMALL[:-1], 3, "-o", "x.png", "--resume")
+
+
+def test_the_exposure_that_is_shown_gives_the_same_picture():
+    shown = done("beams", "point-light", *SMALL, "-o", "x.png").split()[-1]
+    assert done("beams", "point-light", *SMALL, "--exposure", shown, "-o", "y.png").split()[-1] == shown
+    assert np.abs(pixels("x.png").astype(int) - pixels("y.png")).max() <= 2
+
+
 @pytest.mark.parametrize("extension", [".png", ".exr"])
 def test_a_picture_goes_on_after_a_crash(monkeypatch, extension):
     if extension == ".exr":
@@ -105,7 +145,9 @@ def test_a_picture_goes_on_after_a_crash(monkeypatch, extension):
     ("options", "message"),
     [
         (("fog", "-o", "x.png"), "there is no scene 'fog'"),
+        (("my.py", "-o", "x.png"), "my.py: a scene of your own is rendered in Python, by fl.beams.render"),
         (("point-light", "-o", "x.jpg"), "unknown extension '.jpg'"),
+        (("point-light", "-o", "x.png", "--exposure", "nan"), "exposure=nan; expected a power of 2"),
         (("point-light", "-o", "no/x.png"), "there is no folder"),
         (("point-light", "-o", "x.png", "-r", 0), "radius=0.0"),
         (("point-light", "-o", "x.png", "--alpha", 2), "alpha=2.0"),
@@ -117,3 +159,8 @@ def test_a_picture_goes_on_after_a_crash(monkeypatch, extension):
 def test_bad_options_are_refused(options, message):
     assert message in refused("beams", *options)[1]
     assert not Path("x.png").exists()
+
+
+def test_numbers_take_no_exposure():
+    pytest.importorskip("OpenEXR")
+    assert "exposure=1.0 does not apply" in refused("beams", "point-light", "--exposure", 1, "-o", "x.exr")[1]

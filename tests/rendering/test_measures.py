@@ -78,6 +78,8 @@ def test_density_is_the_length_of_lines_per_area():
     assert fl.render(small, width=32, height=32, look="density").to_bytes().max() > 200
     with pytest.raises(fl.InputError, match="there are only 2 triangles; use look='hits'"):
         fl.render(fl.Triangles(np.random.default_rng(0).random((2, 3, 3))), width=8, height=8, look="density")
+    with pytest.raises(fl.InputError, match="radius=0 is none; pass a radius above 0"):
+        fl.render(tree, SCENE.camera, width=8, height=8, look="density", radius=0)
 
 
 def test_a_larger_radius_is_more_hits_and_more_work():

@@ -16,7 +16,11 @@ from ..support.vectors import dot
 BoolArray: TypeAlias = npt.NDArray[np.bool_]
 
 
-def rgb(name: str, value: npt.ArrayLike, unit: str, most: float = np.inf) -> Vector:
+#: The largest coefficient or power: float32 holds the product of two.
+LARGEST = 1e18
+
+
+def rgb(name: str, value: npt.ArrayLike, unit: str, most: float = LARGEST) -> Vector:
     """Check a number for all channels, or three numbers, from 0 to `most`.
 
     Examples
@@ -26,8 +30,7 @@ def rgb(name: str, value: npt.ArrayLike, unit: str, most: float = np.inf) -> Vec
     """
     given = to_float64(value, name)
     if given.shape not in ((), (3,)) or not np.isfinite(given).all() or given.min() < 0 or given.max() > most:
-        range_of = "that are not negative" if most == np.inf else f"from 0 to {most:g}"
-        raise InputError(f"{name}={value!r}; expected a number, or red, green and blue, {range_of}, {unit}")
+        raise InputError(f"{name}={value!r}; expected a number, or red, green and blue, from 0 to {most:g}, {unit}")
     red, green, blue = np.broadcast_to(given, 3).tolist()
     return red, green, blue
 
@@ -66,7 +69,8 @@ def unit_rays(origins: npt.ArrayLike, directions: npt.ArrayLike) -> tuple[Float6
     [[0.0, 0.0, 1.0], [0.0, 0.0, 1.0]]
     """
     given = to_float64(origins, "origins"), to_float64(directions, "directions")
-    if any(array.ndim not in (1, 2) or array.shape[-1] != 3 for array in given):
+    several = {len(array) for array in given if array.ndim == 2} - {1}
+    if any(array.ndim not in (1, 2) or array.shape[-1] != 3 for array in given) or len(several) > 1:
         shapes = f"{given[0].shape} and {given[1].shape}"
         raise InputError(f"origins and directions have shapes {shapes}; expected (n, 3) each: x, y, z of each ray")
     starts, ways = (np.array(array) for array in np.broadcast_arrays(*map(np.atleast_2d, given)))

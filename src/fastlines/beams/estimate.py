@@ -32,7 +32,7 @@ from ..tree import Tree
 from .camera_paths import Legs, camera_legs
 from .coefficients import unit_rays
 from .photons import Beams
-from .scene import BeamScene
+from .scene import BeamScene, check_scene
 
 #: The tree over the beams of a pass, which serves a single gather.
 METHOD = "beams"
@@ -98,6 +98,7 @@ class BeamMap:
         own_radius: float | None = None,
         scale: float = 1.0,
     ) -> None:
+        check_scene(scene)
         self.scene = scene
         sources = scene.medium.sources(beams.lines.segments, beams.decay)
         self.lines = beams.lines if sources.beam is None else Lines.from_segments(sources.segments)
@@ -114,7 +115,13 @@ class BeamMap:
             self.tree = build(self.lines, method)
         self.g = scene.medium.g or None
         of_power = sources.scattered / beams.n_paths * (1.0 if self.g else 0.25 / np.pi)
-        self.values = (power * of_power).astype(np.float32)
+        with np.errstate(over="ignore"):
+            self.values = (power * of_power).astype(np.float32)
+        if not np.isfinite(self.values).all():
+            raise InputError(
+                f"the power of the lights, {scene.power.tolist()}, times the scattering of the medium, "
+                f"{list(scene.medium.scattering)}, is beyond float32; give one of them in a larger unit"
+            )
         self.decay = sources.decay
 
     def _distances(self, farthest: float) -> FloatArray:

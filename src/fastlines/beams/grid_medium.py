@@ -14,7 +14,7 @@ from ..camera import Vector
 from ..errors import InputError
 from ..support.counter_random import Float64Array
 from ..support.immutable import frozen
-from .coefficients import check_box
+from .coefficients import LARGEST, check_box
 from .medium import Coefficients, Sources
 
 #: How many steps a path takes through a voxel, across the longest axis of a grid.
@@ -75,9 +75,10 @@ class GridMedium(Coefficients):
             raise InputError(f"density has shape {grid.shape}; expected (nx, ny, nz): one number for each voxel")
         if bad := int((~np.isfinite(grid)).sum()):
             raise InputError(f"density holds NaN or Inf in {bad} of {grid.size} voxels; give each a finite number")
-        if grid.min() < 0 or not grid.max() > 0:
+        if grid.min() < 0 or not 0 < grid.max() <= LARGEST:
             raise InputError(
-                f"density is from {grid.min():g} to {grid.max():g}; expected no negative number, and some above 0"
+                f"density is from {grid.min():g} to {grid.max():g}; expected numbers from 0 to {LARGEST:g}, and some "
+                "above 0"
             )
         values = {"density": grid.astype(np.float32), "box": corners, "n_steps": STEPS_PER_VOXEL * max(grid.shape) + 1}
         for name, value in values.items():

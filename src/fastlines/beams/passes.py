@@ -16,19 +16,25 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import choice, count, did_you_mean, number
+from ..arrays import check_fields, choice, count, did_you_mean, number
 from ..errors import InputError
 from ..progress import ProgressCallback, staged
 from ..rendering.state import describe, read_state, write_state
 from ..settings.methods import method_settings
 from ..support.counter_random import Float64Array, random_bits, uniform
+from ..support.warn_caller import warn_caller
 from .beam_picture import BeamPicture
+from .camera_paths import camera_legs
 from .estimate import METHOD, POINTS, BeamMap, check_estimate, check_radius
 from .photons import KINDS, trace_photons
-from .scene import BeamScene
+from .scene import BeamScene, check_scene
 
+#: The width and the height of a picture in pixels.
+SIZE = 512
 #: The radius of the first pass, as a fraction of the longest side of the box.
 RADIUS = 0.005
+#: The least and the largest such fraction; float32 cannot tell a smaller radius from 0 at all places of the box.
+LEAST_RADIUS, LARGEST_RADIUS = 1e-7, 1e6
 #: What fraction of a pass the photons are, for progress.
 TRACING = 0.3
 #: The number of the stream of random numbers of pixels; those of photons are numbered by pass.
@@ -41,8 +47,8 @@ class PassSettings:
 
     Parameters
     ----------
-    width, height : int
-        Of the picture, in pixels.
+    width, height : int, optional
+        Of the picture, in pixels. Each is the other one by default, and 512 if neither is given.
     n_paths : int
         How many photons each pass emits.
     radius : float, optional
@@ -65,8 +71,8 @@ class PassSettings:
         The tree to build; see `fastlines.METHODS`.
     """
 
-    width: int = 512
-    height: int = 512
+    width: int | None = None
+    height: int | None = None
     n_paths: int = 50_000
     radius: float | None = None
     alpha: float = 0.7
@@ -80,8 +86,8 @@ class PassSettings:
     method: str = METHOD
 
     def __post_init__(self) -> None:
-        for name in ("width", "height", "n_paths"):
-            count(name, getattr(self, name), 1)
+        count("n_paths", self.n_paths, 1)
+        check_fields(self, ("width", "height"), count, 1)
         if self.radius is not None:
             check_radius("radius", self.radius)
         check_estimate(self.blur, self.estimator, self.points, self.adapt)
@@ -89,6 +95,17 @@ class PassSettings:
         count("seed", self.seed, 0)
         choice("kind", self.kind, KINDS)
         method_settings(self.method)
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """The width and the height of the picture.
+
+        Examples
+        --------
+        >>> PassSettings(width=64).size, PassSettings().size
+        ((64, 64), (512, 512))
+        """
+        return self.width or self.height or SIZE, self.height or self.width or SIZE
 
     def radius_of(self, scene: BeamScene, pass_number: int) -> float:
         """Return the radius of a pass; the first is number 0.
@@ -100,9 +117,23 @@ class PassSettings:
         >>> [settings.radius_of(scene, i) for i in range(3)]
         [1.0, 0.75, 0.625]
         """
-        first = RADIUS * float((scene.box[1] - scene.box[0]).max()) if self.radius is None else self.radius
+        first = RADIUS * _side(scene) if self.radius is None else self.radius
         shrinking = math.prod((i + self.alpha) / (i + 1) for i in range(1, pass_number + 1))
         return first * (shrinking if self.estimator == "beam" else math.sqrt(shrinking))
+
+
+def _side(scene: BeamScene) -> float:
+    """Return the longest side of the box."""
+    return float((scene.box[1] - scene.box[0]).max())
+
+
+def _check_first_radius(radius: float | None, scene: BeamScene) -> None:
+    side = _side(scene)
+    if radius is not None and not LEAST_RADIUS * side <= radius <= LARGEST_RADIUS * side:
+        raise InputError(
+            f"radius={radius!r}; expected the radius of the blur in the unit of the scene, whose box is {side:g} long: "
+            f"from {LEAST_RADIUS * side:g} to {LARGEST_RADIUS * side:g}"
+        )
 
 
 def map_pass(
@@ -141,6 +172,8 @@ class Passes:
 
     Attributes
     ----------
+    width, height : int
+        Of the picture, in pixels.
     done : int
         How many passes there are.
 
@@ -158,10 +191,14 @@ class Passes:
         known = [field.name for field in fields(PassSettings)]
         if unknown := [name for name in more if name not in known]:
             raise InputError(f"there is no setting {unknown[0]!r}{did_you_mean(unknown[0], known)}")
-        self.scene, self.settings = scene, replace(settings or PassSettings(), **more)
+        check_scene(scene)
         if scene.camera is None:
             raise InputError("the scene has no camera; give it one, as BeamScene(…, camera=fl.Camera(…))")
-        shape = (self.settings.height, self.settings.width, 3)
+        chosen = replace(settings or PassSettings(), **more)
+        self.width, self.height = chosen.size
+        self.scene, self.settings = scene, replace(chosen, width=self.width, height=self.height)
+        _check_first_radius(self.settings.radius, scene)
+        shape = (self.height, self.width, 3)
         # One tuple, so that what interrupts a pass leaves the passes before whole.
         self._state: tuple[int, Float64Array, Float64Array] = 0, np.zeros(shape), np.zeros(shape)
         self.seconds_a_pass: float | None = None
@@ -191,14 +228,18 @@ class Passes:
             points=settings.points,
             progress=staged(progress, TRACING, 1),
         )
-        light = light.reshape(settings.height, settings.width, 3)
+        if not self.done and not light.any() and next(camera_legs(self.scene, origins, directions, keys), None) is None:
+            warn_caller(
+                "no ray of the camera goes through the medium, so the picture is black; turn or move the camera"
+            )
+        light = light.reshape(self.height, self.width, 3)
         done, total, squares = self._state
         self._state = done + 1, total + light, squares + light**2
         self.seconds_a_pass = time.perf_counter() - start
 
     def _rays(self) -> tuple[Float64Array, Float64Array, Any]:
         """Return a ray through a random point of each pixel, and the keys of their random numbers."""
-        camera, width, height = self.scene.camera, self.settings.width, self.settings.height
+        camera, width, height = self.scene.camera, self.width, self.height
         assert camera is not None
         stream = random_bits(random_bits(self.settings.seed, PIXELS), self.done)
         keys = random_bits(stream, np.arange(width * height))
@@ -249,6 +290,14 @@ class Passes:
         checksum = hashlib.blake2b("; ".join(map(_told, parts)).encode(), digest_size=20).hexdigest()
         settings = {field.name: describe(getattr(self.settings, field.name)) for field in fields(self.settings)}
         return {"scene": checksum, **settings}
+
+
+def count_saved(path: str | os.PathLike[str]) -> int:
+    """Return how many passes a file has that `Passes.save` has written; 0 if it is none."""
+    try:
+        return int(read_state(path, {}, {"done": np.array(0)})["done"])
+    except (InputError, OSError):
+        return 0
 
 
 def _told(value: Any) -> str:

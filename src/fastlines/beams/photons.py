@@ -26,7 +26,7 @@ from ..support.texts import counted
 from ..support.unit_directions import turned
 from .coefficients import BoolArray
 from .medium import fly
-from .scene import BeamScene
+from .scene import BeamScene, check_scene
 
 #: How many photons are traced at a time.
 BATCH = 1 << 16
@@ -144,6 +144,7 @@ def trace_photons(
     >>> beams, bool((beams.lines.segments[:, 0] == 0).all())
     (<Beams: 1,000 long beams of 1,000 photons>, True)
     """
+    check_scene(scene)
     count("n_paths", n_paths, 1, 2**40), count("max_flights", max_flights, 1), count("batch", batch, 1)
     choice("kind", kind, KINDS)
     most = 2**62 if max_scatterings is None else count("max_scatterings", max_scatterings, 0)

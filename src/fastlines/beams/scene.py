@@ -12,12 +12,23 @@ from ..arrays import kind_of
 from ..camera import Camera
 from ..errors import InputError
 from ..geometry.any_geometry import AnyGeometry
-from ..support.counter_random import Float64Array, UInt64Array, uniform
+from ..support.counter_random import Float64Array, UInt64Array, random_bits, uniform
 from .coefficients import check_box, has_member
 from .lights import Emission, Light
 from .materials import Material
-from .medium import Medium
+from .medium import HomogeneousMedium, Medium
 from .surfaces import NoSurfaces, Surfaces, TracedSurfaces
+
+#: How many mean free paths long a box may be, so that float32 tells the ends of flights apart.
+THICKEST = 1e9
+#: How many photons of a light say whether it is in glass.
+PROBES = 16
+
+
+def check_scene(scene: object) -> None:
+    """Refuse what is no scene."""
+    if not isinstance(scene, BeamScene):
+        raise InputError(f"scene is {kind_of(scene)}; expected a BeamScene, such as fl.beams.example('glass-sphere')")
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,8 +52,8 @@ class BeamScene:
     Raises
     ------
     InputError
-        If there is no light, the medium, a light, a surface or the camera cannot be used, or nothing says where the
-        medium is.
+        If there is no light, the medium, a light, a surface or the camera cannot be used, a light or the camera is in
+        glass, or nothing says where the medium is.
 
     Examples
     --------
@@ -91,11 +102,35 @@ class BeamScene:
             raise InputError("nothing says where the medium is; give box=[[x, y, z], [x, y, z]], its corners")
         corners = check_box("box", known)
         if of_medium is not None:
-            common = [np.maximum(corners[0], of_medium[0]), np.minimum(corners[1], of_medium[1])]
-            corners = check_box("the common part of box and of that of the medium", common)
+            common = np.maximum(corners[0], of_medium[0]), np.minimum(corners[1], of_medium[1])
+            if not (common[0] < common[1]).all():
+                raise InputError(
+                    f"box={corners.tolist()} and that of the medium, {of_medium.tolist()}, do not overlap; leave out "
+                    "box=, or move one of them"
+                )
+            corners = np.stack(common)
+        _check_thickness(medium, corners)
         parts = medium, several, surfaces, camera, corners
         for name, value in zip(("medium", "lights", "surfaces", "camera", "box"), parts, strict=True):
             object.__setattr__(self, name, value)
+        self._refuse_places_in_glass()
+
+    def _refuse_places_in_glass(self) -> None:
+        """Refuse a light or a camera in glass: what leaves it would be taken for outside while it is inside."""
+        if not isinstance(self.surfaces, TracedSurfaces):
+            return
+        keys = random_bits(0, np.arange(PROBES))
+        emissions = [light.emit(keys, self.bounds) for light in self.lights]
+        places = [(f"light {i}", one.origins[one.in_medium]) for i, one in enumerate(emissions)]
+        if self.camera is not None:
+            places.append(("the camera", np.array([self.camera.origin])))
+        for surface in self.surfaces.glass:
+            for name, points in places:
+                if self.surfaces.encloses(surface, points).any():
+                    raise InputError(
+                        f"{name} is inside of surface {surface}, which is of Glass; expected lights and the camera "
+                        "outside of glass: move one of them"
+                    )
 
     @property
     def bounds(self) -> Float64Array:
@@ -146,3 +181,13 @@ class BeamScene:
         low = np.where(beside, -np.inf, planes).min(axis=0).max(axis=1)
         high = np.where(beside, np.inf, planes).max(axis=0).min(axis=1)
         return np.maximum(low, 0.0), high
+
+
+def _check_thickness(medium: Medium, box: Float64Array) -> None:
+    """Refuse a medium in which no photon flies far enough to be seen."""
+    side = float((box[1] - box[0]).max())
+    if isinstance(medium, HomogeneousMedium) and medium.extinction.max() * side > THICKEST:
+        raise InputError(
+            f"absorption={medium.absorption} and scattering={medium.scattering} let no light pass a box of the size "
+            f"{side:g}; expected a sum of at most {THICKEST / side:g} per unit of length"
+        )

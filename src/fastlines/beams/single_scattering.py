@@ -22,7 +22,7 @@ from ..support.vectors import dot
 from .coefficients import unit_rays
 from .lights import PointLight
 from .medium import HomogeneousMedium
-from .scene import BeamScene
+from .scene import BeamScene, check_scene
 from .surfaces import NoSurfaces
 
 #: The least distance of a ray from the light, as a fraction of that of its origin; rounding hides a smaller one.
@@ -63,6 +63,7 @@ def single_scattering(
     >>> single_scattering(scene, [0.1, 0, -3], [0, 0, 1]).round(3).tolist()
     [[1.653, 2.934, 4.633]]
     """
+    check_scene(scene)
     medium, light = scene.medium, scene.lights[0]
     if not (isinstance(medium, HomogeneousMedium) and isinstance(light, PointLight) and len(scene.lights) == 1):
         raise InputError("single scattering is integrated for one PointLight in a HomogeneousMedium")

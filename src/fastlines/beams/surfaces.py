@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
+import numpy.typing as npt
 
 from ..arrays import IntArray, kind_of
 from ..builder import build
@@ -228,18 +229,39 @@ class TracedSurfaces:
         """See `Surfaces`."""
         return f"{digest(self.geometry)} {describe(self.materials)}"
 
+    @property
+    def glass(self) -> list[int]:
+        """The surfaces that are of glass."""
+        return [i for i, material in enumerate(self.materials) if isinstance(material, Glass)]
+
+    def encloses(self, surface: int, points: npt.ArrayLike) -> BoolArray:
+        """Return which points, (n, 3), are inside of a solid or a closed mesh.
+
+        Examples
+        --------
+        >>> import fastlines as fl
+        >>> ball = TracedSurfaces([(fl.Spheres.from_centres([[0, 0, 0]], radius=1), fl.beams.Glass())])
+        >>> ball.encloses(0, [[0, 0, 0.9], [0, 0, 1], [0, 0, 1.1]]).tolist()
+        [True, False, False]
+        """
+        places = np.asarray(points, np.float32)
+        is_inside = np.ones(len(places), np.bool_)
+        for way in (ASKEW, np.negative(ASKEW)):  # a point that only touches is not inside both ways
+            if surface in self.meshes:
+                met = self.tree.first_hit(places, way, at="entry", parts=surface)
+                is_inside &= met.hit & (met.t > self.off) & (self._outward(met) @ way > 0)
+            else:
+                around = self.tree.first_hit(places, way, at="surface", parts=surface)
+                assert around.t_out is not None
+                is_inside &= around.hit & (around.t == 0) & (around.t_out > self.off)
+        return is_inside
+
     def _refuse_nested_glass(self) -> None:
         """Refuse glass in the glass of a solid: light that leaves the inner one would be in the medium."""
-        glass = [i for i, material in enumerate(self.materials) if isinstance(material, Glass)]
-        for outer in set(glass) & set(self.solids):
-            for inner in set(glass) - {outer}:
+        for outer in set(self.glass) & set(self.solids):
+            for inner in set(self.glass) - {outer}:
                 points, _ = self.geometry.parts[inner].span()
-                is_inside = np.ones(len(points), np.bool_)
-                for way in (ASKEW, np.negative(ASKEW)):  # a point that only touches is not inside both ways
-                    around = self.tree.first_hit(points, way, at="surface", parts=outer)
-                    assert around.t_out is not None
-                    is_inside &= around.hit & (around.t == 0) & (around.t_out > self.off)
-                if is_inside.any():
+                if self.encloses(outer, points).any():
                     raise InputError(
                         f"surface {inner} is inside of surface {outer}, and both are of Glass; expected glass that is "
                         "not in other glass: leave one of them out, or move them apart"

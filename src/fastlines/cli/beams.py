@@ -3,22 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 from typer import Option
 
+from ..errors import InputError
 from ..progress import reporting, staged
 from ..support.texts import counted
 from .files import check_output, note, show_progress
 from .resume import WRITE_SECONDS, check_resume, keep_state, state_path, without_interrupts
 
 if TYPE_CHECKING:
-    from ..beams import Passes
+    from ..beams import BeamScene, Passes
     from ..rendering import Pace
 
-#: The width and the height of a picture in pixels.
-SIZE = 512
+SIZE = 512  # as in `PassSettings`
 
 
 def beams(
@@ -38,7 +39,12 @@ def beams(
     height: Annotated[
         int | None, Option(min=1, help=f"The height in pixels; the width, or {SIZE}, by default.")
     ] = None,
-    passes: Annotated[int, Option(min=1, help="How many passes to average, each of new photons.")] = 16,
+    passes: Annotated[
+        int,
+        Option(
+            min=1, help="How many passes to average, each of new photons; with --resume, those that are done count."
+        ),
+    ] = 16,
     paths: Annotated[int, Option(min=1, help="How many photons each pass emits.")] = 50_000,
     radius: Annotated[
         float | None,
@@ -62,10 +68,13 @@ def beams(
     ] = "beam",
     seed: Annotated[int, Option(min=0, help="Another number gives other photons.")] = 0,
     exposure: Annotated[
-        float | None, Option(help="Brighten a .png by 2 to this power; chosen by default.", show_default=False)
+        float | None,
+        Option(help="Multiply the light of a .png by 2 to this power; chosen by default.", show_default=False),
     ] = None,
     method: Annotated[str, Option("--method", "-m", metavar="NAME", help="The kind of tree to build.")] = "beams",
-    resume: Annotated[bool, Option("--resume", help="Go on with a picture that Ctrl-C has stopped.")] = False,
+    resume: Annotated[
+        bool, Option("--resume", help="Go on with a picture that Ctrl-C has stopped, but not with a finished one.")
+    ] = False,
 ) -> None:
     """Render the light that a medium scatters, from the flights of photons: fog, caustics, shafts of light.
 
@@ -82,16 +91,17 @@ def beams(
 
     [cyan]fastlines beams point-light --radius 0.01 --alpha 1 -o light.png[/]
     """
-    from ..beams import Passes, example
-    from ..rendering import Pace, check_image_path
+    from ..beams import Passes
+    from ..beams.beam_picture import check_picture_file
+    from ..rendering import Pace
 
-    is_early = check_image_path(output) == ".png"
+    is_png = check_picture_file(output, exposure) == ".png"
     check_output(output)
     check_resume(output, resume)
     made = Passes(
-        example(scene),
-        width=width or height or SIZE,
-        height=height or width or SIZE,
+        _scene(scene),
+        width=width,
+        height=height,
         n_paths=paths,
         radius=radius,
         alpha=alpha,
@@ -103,22 +113,60 @@ def beams(
         method=method,
     )
     if resume:
-        made.resume(state_path(output))
+        _go_on(made, passes, state_path(output))
+    else:
+        _warn_of_saved(state_path(output))
 
     def keep() -> None:
         made.save(state_path(output))
-        if is_early:
+        if is_png:
             made.picture().save(output, exposure)
 
     pace = Pace(WRITE_SECONDS)
     is_whole = _add_passes(made, passes, pace, keep)
+    if not made.done:
+        typer.echo("stopped in the first pass, so there is no picture yet, and nothing was written", err=True)
+        raise typer.Exit(130)
+    picture = made.picture()
     with without_interrupts():
-        if made.done:
-            made.picture().save(output, exposure)
+        picture.save(output, exposure)
         done = f"{made.done} of {counted(passes, 'passes')}"
         keep_state(made, output, is_whole, resume or pace.n_shown > 0, done)
-    picture = made.picture()
-    typer.echo(f"{output}: {counted(picture.n_passes, 'passes')}, {counted(picture.n_paths, 'photons')}")
+    shown = f", exposure {picture.exposure if exposure is None else exposure:.3g}" if is_png else ""
+    typer.echo(f"{output}: {counted(picture.n_passes, 'passes')}, {counted(picture.n_paths, 'photons')}{shown}")
+
+
+def _scene(name: str) -> BeamScene:
+    """Return a built-in scene; say where others are rendered if a file is given."""
+    from ..beams import NAMES, example
+
+    if name not in NAMES and Path(name).suffix:
+        raise InputError(
+            f"{name}: a scene of your own is rendered in Python, by fl.beams.render(scene).save(path); the built-in "
+            f"ones are {', '.join(NAMES)}"
+        )
+    return example(name)
+
+
+def _go_on(made: Passes, n_passes: int, state: str) -> None:
+    """Take over the passes of a state, if there are not too many."""
+    made.resume(state)
+    if made.done > n_passes:
+        raise InputError(
+            f"{state}: {made.done} passes are done; --passes {n_passes} counts them too: give --passes {made.done} or "
+            "more, or leave out --resume to render from the start"
+        )
+
+
+def _warn_of_saved(state: str) -> None:
+    """Say that passes of an unfinished picture will be replaced."""
+    from ..beams.passes import count_saved
+
+    if n_saved := count_saved(state):
+        note(
+            f"{state}: has {counted(n_saved, 'passes')} of an unfinished picture, which new ones replace; --resume "
+            "goes on from them"
+        )
 
 
 def _add_passes(made: Passes, n_passes: int, pace: Pace, keep: Callable[[], object]) -> bool:

@@ -50,10 +50,15 @@ def _hits(tree: Tree, origins: FloatArray, directions: FloatArray, radius: float
 
 
 def _density(tree: Tree, origins: FloatArray, directions: FloatArray, radius: float) -> Float64Array:
-    if not any(part.has_directions for part in tree.geometry.each_part()):
+    lines = [part for part in tree.geometry.each_part() if part.has_directions]
+    if not lines:
         raise InputError(
             f"look='density' shows the length of lines along rays, and there are only {tree.geometry.count_text()}; "
             "use look='hits'"
+        )
+    if radius == 0 and not any(part.max_radius > 0 for part in lines):
+        raise InputError(
+            "look='density' spreads each line over its radius, and radius=0 is none; pass a radius above 0"
         )
     return tree.gather(origins, directions, radius).sum
 

@@ -54,7 +54,9 @@ def read_state(
             found = {name: file[name] for name in file.files}
         known = json.loads(str(found.pop("settings")))
     except (ValueError, KeyError, EOFError, zipfile.BadZipFile):
-        raise InputError(f"{path}: is not the state of a picture; delete it, and render from the start") from None
+        raise InputError(
+            f"{path}: is not the state of a picture; expected the .npz file that an unfinished picture was saved to"
+        ) from None
     if not isinstance(known, dict) or known.pop("format", None) != FORMAT:
         raise InputError(f"{path}: is not a state of this version of fastlines; render from the start")
     others = [name for name, value in settings.items() if known.get(name) != value]
