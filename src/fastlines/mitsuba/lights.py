@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -10,6 +9,7 @@ import numpy as np
 from ..beams.lights import Emission
 from ..camera import Vector
 from ..errors import InputError
+from ..support.computed_once import computed_once
 from ..support.counter_random import Float64Array, UInt64Array, random_bits
 from .conversion import flags, pairs_of_samples, samples, triples, unit_triples
 from .packages import dr
@@ -38,7 +38,7 @@ class MitsubaLights:
         if not any(self._power):
             raise InputError("the emitters of the scene have no power; give one an intensity or radiance above 0")
 
-    @cached_property
+    @computed_once
     def _power(self) -> Vector:
         emission = self.emit(random_bits(0, np.arange(POWER_SAMPLES)), np.zeros((2, 3)))
         red, green, blue = emission.power.mean(axis=0).tolist()
