@@ -33,4 +33,4 @@ def test_the_manual_says_which_commands_have_which_options() -> None:
     assert {name for name, options in known.items() if "--quick" not in options} == studies
     without = {name for name, options in known.items() if "--json" not in options}
     assert without - studies == {"thesis", "answers"}
-    assert studies - without == {"study bounds", "study lookahead"}
+    assert studies - without == {"study beams", "study bounds", "study lookahead"}

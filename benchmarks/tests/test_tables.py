@@ -11,6 +11,7 @@ from rich.console import Console
 from rich.table import Table
 
 import fastlines as fl
+from fastlines_bench.harness.internals import DEFAULT_METHOD, THESIS_METHODS
 from fastlines_bench.harness.tables import print_table
 
 COMMANDS = {
@@ -63,4 +64,4 @@ def test_no_command_cuts_names_at_80_columns(
     assert "…" not in text
     assert "spaghetti" in text.lower()
     if command == "builders":
-        assert all(method in text for method in fl.METHODS)
+        assert all(method in text for method in (*THESIS_METHODS, DEFAULT_METHOD))
