@@ -73,9 +73,9 @@ class GroupStack {
  public:
   DeviceStackEntry get(int place) const {
     if (is_shared(place)) return shared_entry(place);
-    const int row = (place - kSharedEntries) / kLanes, keeper = (place - kSharedEntries) % kLanes;
-    Lanes<std::uint32_t> node;
-    Lanes<float> enter;
+    const int row = (place - kSharedEntries) / kGroupLanes, keeper = (place - kSharedEntries) % kGroupLanes;
+    GroupLanes<std::uint32_t> node;
+    GroupLanes<float> enter;
     for_lanes([&](int lane) {
       node[lane] = local_[lane].rows[row].node;
       enter[lane] = local_[lane].rows[row].enter;
@@ -84,8 +84,8 @@ class GroupStack {
   }
 
   /// Set an entry from each lane of a mask, at its place: one of as many from `first` on.
-  void set(std::uint32_t from, int first, const Lanes<int>& places, const Lanes<std::uint32_t>& node,
-           const Lanes<float>& enter) {
+  void set(std::uint32_t from, int first, const GroupLanes<int>& places, const GroupLanes<std::uint32_t>& node,
+           const GroupLanes<float>& enter) {
     if (is_shared(first)) {
       sync_group();  // all lanes have read what was there
       for_lanes([&](int lane) {
@@ -98,7 +98,7 @@ class GroupStack {
       const int giver = lowest_bit(from), place = shuffle(places, giver);
       if (is_shared(place)) continue;
       const DeviceStackEntry entry{shuffle(node, giver), shuffle(enter, giver)};
-      const int row = (place - kSharedEntries) / kLanes, keeper = (place - kSharedEntries) % kLanes;
+      const int row = (place - kSharedEntries) / kGroupLanes, keeper = (place - kSharedEntries) % kGroupLanes;
       for_lanes([&](int lane) {
         if (lane == keeper) local_[lane].rows[row] = entry;
       });
@@ -107,10 +107,10 @@ class GroupStack {
 
  private:
   struct Rows {
-    DeviceStackEntry rows[kLocalEntries > 0 ? (kLocalEntries + kLanes - 1) / kLanes : 1];
+    DeviceStackEntry rows[kLocalEntries > 0 ? (kLocalEntries + kGroupLanes - 1) / kGroupLanes : 1];
   };
 
-  Lanes<Rows> local_;
+  GroupLanes<Rows> local_;
 };
 
 }  // namespace fastlines

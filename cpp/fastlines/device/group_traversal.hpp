@@ -12,9 +12,9 @@ namespace fastlines {
 /// Push the children of a mask: the nearest on top if they are sorted, and in their order otherwise.
 template <bool sorted>
 [[gnu::always_inline]] inline void push_children(GroupStack& stack, int size, std::uint32_t children,
-                                                 std::uint32_t first_inner, const Lanes<float>& enter) {
-  Lanes<int> places;
-  Lanes<std::uint32_t> node;
+                                                 std::uint32_t first_inner, const GroupLanes<float>& enter) {
+  GroupLanes<int> places;
+  GroupLanes<std::uint32_t> node;
   for_lanes([&](int lane) {
     places[lane] = size + (sorted ? 0 : count_bits(children & ((1u << lane) - 1)));
     node[lane] = first_inner + std::uint32_t(lane);
@@ -34,12 +34,12 @@ template <bool sorted>
 template <class Block>
 [[gnu::always_inline]] inline std::uint32_t cull_boxes_by_group(const DeviceCullRay& ray, const Block& block,
                                                                 const std::uint8_t* planes, int n, float limit,
-                                                                Lanes<float>& enter) {
+                                                                GroupLanes<float>& enter) {
   const DeviceBoxCull cull(ray, block);
-  Lanes<bool> survives;
+  GroupLanes<bool> survives;
   for_lanes([&](int lane) {
-    const auto near = [&](int k) { return float(planes[kLanes * ray.near_row[k] + lane]); };
-    const auto far = [&](int k) { return float(planes[kLanes * ray.far_row[k] + lane]); };
+    const auto near = [&](int k) { return float(planes[kGroupLanes * ray.near_row[k] + lane]); };
+    const auto far = [&](int k) { return float(planes[kGroupLanes * ray.far_row[k] + lane]); };
     survives[lane] = cull.clip(near, far, limit, enter[lane]) && lane < n;
   });
   return ballot(survives);
@@ -50,11 +50,11 @@ template <class P>
 [[gnu::always_inline]] inline std::uint32_t cull_pieces_by_group(const DeviceCullRay& ray, const WideLeaf& leaf) {
   if constexpr (P::kHasBoxes)
     if (leaf.shape == LeafShape::boxes) {
-      Lanes<float> enter;
+      GroupLanes<float> enter;
       return cull_boxes_by_group(ray, leaf, leaf.ends, leaf.n_refs, kInfinity, enter);
     }
   const DeviceAxisCull<P::kHasRadius> cull(ray, leaf);
-  Lanes<bool> survives;
+  GroupLanes<bool> survives;
   for_lanes([&](int lane) {
     const auto at = [&](int end, int axis) { return float(leaf.ends[end_byte(end, axis, lane)]); };
     survives[lane] = lane < leaf.n_refs && cull.may_hit(at(0, 0), at(0, 1), at(0, 2), at(1, 0), at(1, 1), at(1, 2));
@@ -70,8 +70,8 @@ template <class P, class Collector>
   if (!near) return;
   // Test the survivors.
   count_device_step(to, &DeviceSteps::n_tests, count_bits(near));
-  Lanes<bool> is_hit{};
-  Lanes<float> s{}, t{}, dist2{};
+  GroupLanes<bool> is_hit{};
+  GroupLanes<float> s{}, t{}, dist2{};
   for_lanes([&](int lane) {
     if (!(near >> lane & 1)) return;
     const std::uint64_t prim = scene.refs[leaf.first_ref + std::uint32_t(lane)].prim;
@@ -105,7 +105,7 @@ void trace_by_group(const DeviceScene& scene, const RayOf<P>& ray, Collector& to
     // Cull the children.
     count_device_step(to, &DeviceSteps::n_nodes);
     const WideNode& node = scene.nodes[index];
-    Lanes<float> enter;
+    GroupLanes<float> enter;
     const std::uint32_t children = cull_boxes_by_group(cull, node, node.planes, node.n_children, to.limit, enter);
     const std::uint32_t inner = children & ((1u << node.n_inner) - 1);
     if (inner) push_children<Collector::kShrinksLimit>(stack, size, inner, node.first_inner, enter);
