@@ -1,4 +1,4 @@
-"""Photons: where they fly, and what becomes of their power."""
+"""Photons: where they fly, and where their power goes."""
 
 from __future__ import annotations
 

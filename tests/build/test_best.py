@@ -229,34 +229,6 @@ def test_whole_splits_of_what_lies_apart(sample: int) -> None:
         assert low * cut.n_refs < whole.n_refs < high * cut.n_refs
 
 
-@pytest.mark.parametrize("sample", [0, 100])
-def test_small_nodes_are_not_cut(sample: int) -> None:
-    lines = fl.scenes.make("spaghetti", 4000).lines
-    side = float((lines.bounds[1] - lines.bounds[0]).max())
-    planes = fl.BinnedPlanes(8, 64, 16, sample=sample, uncut_only_side=100)
-    tree = fl.build(lines, "best", splits=planes)
-    tree.validate()
-    assert len(lines) < tree.n_refs < 0.8 * fl.build(lines, "best", splits=replace(planes, uncut_only_side=0)).n_refs
-    nodes, prims = tree.nodes, tree.refs["prim"]
-    small = nodes[(np.ptp(nodes["box"], axis=1).max(axis=1) < 0.0999 * side) & ~tree.is_leaf]
-    assert len(small) > 100
-    for node in small:
-        below = prims[node["first_ref"] : node["first_ref"] + node["n_refs"]]
-        assert len(np.unique(below)) == len(below)
-    whole = fl.build(lines, "best", splits=replace(planes, uncut_only_side=2000))
-    assert whole.n_refs < 1.1 * len(lines)
-    assert fl.build(lines, "best", splits=planes, radius_hint=0.0).n_refs > tree.n_refs
-
-
-def test_beams_are_hardly_cut() -> None:
-    lines = fl.scenes.make("photon-beams", 20_000).lines
-    beams, best = fl.build(lines, "beams"), fl.build(lines)
-    beams.validate()
-    assert beams.method == "beams"
-    assert len(lines) < beams.n_refs < 4 * len(lines) < best.n_refs
-    assert beams.nodes["n_refs"][beams.is_leaf].max() <= 16
-
-
 def test_where_no_plane_is_allowed_references_are_split_whole() -> None:
     lines = fl.scenes.make("spaghetti", 3000).lines
     limits = fl.Limits(max_refs=3000, leaf_refs=16)

@@ -42,6 +42,17 @@ def mitsuba(
         int | None, typer.Option("--samples", help="The samples of each pixel; 64 by default.", min=2)
     ] = None,
     shape: Annotated[str, typer.Option("--shape", help=f"The shape of hairs: {' or '.join(SHAPES)}.")] = "bspline",
+    tolerance: Annotated[
+        float | None,
+        typer.Option(
+            "--tolerance",
+            help="How far the pieces of our curves are off at most, as a fraction of the radius; by default that of "
+            "fl.Curves.",
+            min=1e-6,
+            max=1.0,
+            show_default=False,
+        ),
+    ] = None,
     melanin: Annotated[
         float, typer.Option("--melanin", help="The colour of the hair: 0 white, 0.3 blond, 1 black.", min=0.0, max=1.0)
     ] = 0.3,
@@ -75,6 +86,7 @@ def mitsuba(
         size=size,
         samples=samples,
         shape=shape,
+        tolerance=tolerance,
         melanin=melanin,
         max_bounces=bounces,
         variant=variant,

@@ -55,7 +55,7 @@ class Gathering:
         return np.asarray(found.sum)
 
     def listed(self, tree: Tree, lines: Lines, rays: RayBatch, powers: FloatArray, max_bytes: int) -> Float64Array:
-        """Return the sums of lists of hits of the lines' tree by NumPy, in parts of `max_bytes`."""
+        """Return the sums by NumPy over lists of all hits, of which each takes up to `max_bytes`."""
         sums = np.zeros((len(rays), powers.shape[1]))
         edges = lines.segments[:, 1] - lines.segments[:, 0]
         lengths = np.sqrt((edges * edges).sum(axis=1))

@@ -23,9 +23,6 @@ SHAPES = {
 
 #: The longest side of the scene.
 SIDE = 100.0
-#: How far the pieces of our curves are off at most, as a fraction of the radius: positions that differ by ten times as
-#: much count as the same.
-TOLERANCE = 0.01
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,12 +89,17 @@ def normalised(lines: Lines, radius: float, camera: Camera) -> tuple[Lines, floa
     return replace(lines, segments=segments), radius * scale, replace(camera, origin=origin, target=target)
 
 
-def geometry_of(lines: Lines, radius: float, shape: str, path: Path) -> Lines | Curves:
-    """Write hairs to a file of Mitsuba, and return what we render: the same lines, or the curves of the file."""
+def geometry_of(
+    lines: Lines, radius: float, shape: str, path: Path, tolerance: float | None = None
+) -> Lines | Curves:
+    """Write hairs to a file of Mitsuba, and return what we render: the same lines, or the curves of the file.
+
+    The tolerance of curves is a fraction of the radius; None stands for the default of `fl.Curves`.
+    """
     ends = np.full(lines.segments.shape[:2], radius, np.float32)
     fl.write(path, replace(lines, radius=ends, up=None, attributes={}, end_attributes={}))
     if shape == "linear":
         return lines
     curves = fl.read(path, basis="bspline")
     assert isinstance(curves, Curves)
-    return replace(curves, tolerance=TOLERANCE * radius)
+    return curves if tolerance is None else replace(curves, tolerance=tolerance * radius)

@@ -47,6 +47,8 @@ class PathsPreset(Preset):
         The samples of each pixel, an even number.
     shape : str
         One of `SHAPES`.
+    tolerance : float or None
+        How far the pieces of our curves are off at most, as a fraction of the radius; None = as `fl.Curves`.
     melanin : float
         The colour of the hair, from 0 to 1: white, blond, brown, black.
     max_bounces : int
@@ -60,6 +62,7 @@ class PathsPreset(Preset):
     size: int = sized(256, 48)
     samples: int = sized(64, 4)
     shape: str = "bspline"
+    tolerance: float | None = None
     melanin: float = 0.3
     max_bounces: int = sized(64, 16)
     n_threads: int = 2
@@ -116,7 +119,7 @@ def run_paths(
         path = Path(folder) / "hair.curves"
         lines, radius, camera = normalised(subject.lines, subject.middle_radius, subject.camera)
         scene = HairScene(
-            geometry_of(lines, radius, preset.shape, path),
+            geometry_of(lines, radius, preset.shape, path, preset.tolerance),
             path,
             preset.shape,
             radius,
