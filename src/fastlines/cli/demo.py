@@ -27,7 +27,7 @@ def demo(
     format: FormatName = None,
     option: FormatOptions = None,
 ) -> None:
-    """Build the five trees of the thesis and the default tree, query and draw them, and write a page of the results.
+    """Build all named trees, the five of the thesis among them, query and draw them, and write a page of the results.
 
     All trees must give the same answers, bit for bit.
 
@@ -52,7 +52,7 @@ def report(
     format: FormatName = None,
     option: FormatOptions = None,
 ) -> None:
-    """Build the five trees of the thesis and the default tree over your lines, and report which one suits them.
+    """Build all named trees over your lines, and report which one suits them.
 
     [bold]Examples[/]
 

@@ -25,6 +25,8 @@ from .measure import QUERIES, TreeFigures, build_within, describe_machine, measu
 from .page import Section, gallery, page, points
 from .tables import answer_points, print_trees, queries_table, trees_table
 
+#: What the pages compare.
+TREES = "The five trees of Ivan Kuckir’s thesis (Prague 2013), and “best” and “beams” of fastlines"
 #: The folder of pictures beside the page.
 IMAGES = "images"
 #: The trees whose levels are drawn.
@@ -78,10 +80,7 @@ def demo_page(directory: str | os.PathLike[str], preset: Preset, *, show_progres
     or if a tree is not valid.
     """
     scenes = [make(name, n_segments) for name, n_segments in preset.scenes.items()]
-    lead = (
-        "The five trees of Ivan Kuckir’s thesis (Prague 2013) and the default tree of fastlines, “best”, over the five "
-        "scenes of the thesis: built, validated, queried and drawn."
-    )
+    lead = f"{TREES}, over the five scenes of the thesis: built, validated, queried and drawn."
     return _write(directory, preset, "Trees over lines, side by side", lead, scenes, RADII, False, show_progress)
 
 
@@ -102,7 +101,7 @@ def report_page(
     side = float(np.ptp(lines.bounds.astype(np.float64), axis=0).max()) or 1.0
     radii = {letter: share * side for letter, share in RADII.items()}
     scene = Scene("lines", Path(name).name, lines, camera)
-    lead = "The five trees of Ivan Kuckir’s thesis (Prague 2013) and the default tree of fastlines over these lines."
+    lead = f"{TREES}, over these lines."
     return _write(directory, preset, scene.title, lead, [scene], radii, answer, show_progress)
 
 
