@@ -89,9 +89,7 @@ def normalised(lines: Lines, radius: float, camera: Camera) -> tuple[Lines, floa
     return replace(lines, segments=segments), radius * scale, replace(camera, origin=origin, target=target)
 
 
-def geometry_of(
-    lines: Lines, radius: float, shape: str, path: Path, tolerance: float | None = None
-) -> Lines | Curves:
+def geometry_of(lines: Lines, radius: float, shape: str, path: Path, tolerance: float | None = None) -> Lines | Curves:
     """Write hairs to a file of Mitsuba, and return what we render: the same lines, or the curves of the file.
 
     The tolerance of curves is a fraction of the radius; None stands for the default of `fl.Curves`.
