@@ -42,6 +42,7 @@ if TYPE_CHECKING:
     from .geometry.curves import Curves as Curves
     from .geometry.foreign import lines as lines
     from .geometry.lines import Lines as Lines
+    from .geometry.mitsuba_shapes import curves as curves
     from .geometry.spheres import Spheres as Spheres
     from .geometry.triangles import Triangles as Triangles
     from .geometry.user_primitives import Primitives as Primitives
@@ -119,6 +120,7 @@ _NAMES = {
     "geometry.curves": ("Curves",),
     "geometry.foreign": ("lines",),
     "geometry.lines": ("Lines",),
+    "geometry.mitsuba_shapes": ("curves",),
     "geometry.spheres": ("Spheres",),
     "geometry.triangles": ("Triangles",),
     "geometry.user_primitives": ("Primitives", "Rays"),

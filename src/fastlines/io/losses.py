@@ -10,7 +10,7 @@ import numpy as np
 from ..arrays import AnyArray, IntArray
 from ..geometry.lines import Lines
 from .polylines import Polylines
-from .units import factor_between
+from ..support.units import factor_between
 
 
 def is_encodable(name: str) -> bool:

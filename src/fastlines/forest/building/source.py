@@ -14,7 +14,8 @@ import numpy as np
 from ...arrays import kind_of
 from ...errors import InputError
 from ...geometry.any_geometry import AnyGeometry
-from ...geometry.foreign import lines, to_array
+from ...geometry.foreign import lines
+from ...geometry.to_array import to_array
 from ...geometry.lines import Lines
 from ...io.chunks import read_chunks
 from ...io.reading import check_path

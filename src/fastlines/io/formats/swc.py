@@ -29,7 +29,7 @@ from ..losses import not_held, strand_numbers
 from ..polylines import polylines_of
 from ..source import Source
 from .number_text import Float64Array, first_columns, number_lines, one_each, parse_numbers, unify, words_of
-from .sections import count_rootless, find_sections
+from ...geometry.sections import count_rootless, find_sections
 
 UNIT = "µm"
 _COMMENT = re.compile(rb"#[^\n]*")

@@ -16,7 +16,7 @@ from ...geometry.offsets import NO_OFFSET
 from ...support.optional import optional
 from ..losses import is_encodable, strand_numbers
 from ..polylines import Polylines, attributes_of_runs, equal, polylines_of
-from ..units import meters_of
+from ...support.units import meters_of
 
 #: USD's types of arrays by NumPy's, and whether there are vectors of them.
 _TYPES: dict[str, tuple[str, bool]] = {
