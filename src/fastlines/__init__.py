@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from . import beams as beams
     from . import scenes as scenes
     from . import theory as theory
+    from . import trimesh as trimesh
     from .builder import build as build
     from .camera import Camera as Camera
     from .cuda.choice import get_backend as get_backend
@@ -34,6 +35,8 @@ if TYPE_CHECKING:
     from .errors import PrecisionWarning as PrecisionWarning
     from .errors import QueryWarning as QueryWarning
     from .errors import WorkerError as WorkerError
+    from .exchange.neurons import to_neurons as to_neurons
+    from .exchange.tractograms import to_tractogram as to_tractogram
     from .forest.building.build_forest import build_forest as build_forest
     from .forest.forest import Forest as Forest
     from .forest.mapping.parquet import query_parquet as query_parquet
@@ -112,6 +115,8 @@ _NAMES = {
         "QueryWarning",
         "WorkerError",
     ),
+    "exchange.neurons": ("to_neurons",),
+    "exchange.tractograms": ("to_tractogram",),
     "forest.building.build_forest": ("build_forest",),
     "forest.forest": ("Forest",),
     "forest.mapping.parquet": ("query_parquet",),
@@ -152,11 +157,11 @@ _NAMES = {
 }
 
 #: Modules with names of their own, such as `fl.scenes.make`.
-_MODULES = ("beams", "io", "rendering", "scenes", "theory")
+_MODULES = ("beams", "io", "rendering", "scenes", "theory", "trimesh")
 
 _MODULE_OF = {name: module for module, names in _NAMES.items() for name in names}
 
-__all__ = sorted([*_MODULE_OF, "beams", "scenes", "theory"])
+__all__ = sorted([*_MODULE_OF, "beams", "scenes", "theory", "trimesh"])
 
 draw_with(lambda: import_module(".rendering.card.card", __name__))
 

@@ -87,9 +87,7 @@ def curves(obj: Any, *, tolerance: float | None = None, offset: Any = None, inva
         kind = kind_of(obj) if found is None else f"a shape {next(iter(found.others))} of Mitsuba"
         raise InputError(f"curves are {kind}; expected a bsplinecurve of Mitsuba or a scene: fl.lines takes others")
     if found.others:
-        warn_caller(
-            f"shapes of the scene other than {_SPLINE} are not read: {kinds_text(found.others)}", FileWarning
-        )
+        warn_caller(f"shapes of the scene other than {_SPLINE} are not read: {kinds_text(found.others)}", FileWarning)
     points, counts = found.points()
     made = Curves.from_strands(
         points[:, :3], counts, basis="bspline", radius=points[:, 3], tolerance=tolerance, offset=offset, invalid=invalid

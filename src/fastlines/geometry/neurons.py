@@ -5,8 +5,8 @@
 | ``NeuronList``                | ``neurons``, ``is_mixed``                              |
 | ``TreeNeuron``                | ``nodes``, a table with ``parent_id``; ``units``       |
 
-A neuron is a tree of nodes, as in a ``.swc`` file. A segment joins a node to its parent, with the radius at both ends; a
-root without children is a segment of zero length. A strand is an unbranched section.
+A neuron is a tree of nodes, as in a ``.swc`` file. A segment joins a node to its parent, with the radius at both ends.
+A root without children is a segment of zero length. A strand is an unbranched section.
 """
 
 from __future__ import annotations
@@ -123,7 +123,9 @@ def _unit(neurons: list[Any], how: Making) -> str | None:
     """Return the unit of the coordinates, if navis knows of one for all axes."""
     units = {str(neuron.units): neuron.units for neuron in neurons}
     if len(units) > 1:
-        how.warn(f"neurons differ in their units, {' and '.join(units)}, and coordinates are not scaled; no unit is set")
+        how.warn(
+            f"neurons differ in their units, {' and '.join(units)}, and coordinates are not scaled; no unit is set"
+        )
     if len(units) != 1:
         return None
     (name, unit), *_ = units.items()

@@ -120,7 +120,7 @@ def _to_rasmm(obj: Any) -> npt.NDArray[np.float64] | None:
             f"{kind_of(obj)} is in the space {space!r} with the origin {origin!r}, which are not known; call its "
             "to_rasmm() and to_center() first"
         )
-    to_rasmm = known[space].copy()
+    to_rasmm: npt.NDArray[np.float64] = known[space].copy()
     if origin == "corner":
         to_rasmm[:3, 3] -= of_voxels[:3, :3] @ np.full(3, 0.5)
     return to_rasmm
