@@ -21,6 +21,10 @@ _UNITS = {
 
 def of_path(obj: Any, how: Making) -> Lines | None:
     """Return the lines of a Path3D or a Path2D, a strand for each entity; None if the object is none."""
+    if has(obj, "geometry", "graph", "dump"):
+        raise InputError(
+            f"lines are a {type(obj).__name__} of trimesh; expected a path of it, as in scene.geometry[name]"
+        )
     if not has(obj, "entities", "vertices"):
         return None
     vertices = np.asarray(obj.vertices)
@@ -28,7 +32,8 @@ def of_path(obj: Any, how: Making) -> Lines | None:
         return Lines.from_strands([], **how.options)
     if vertices.ndim != 2 or vertices.shape[1] not in (2, 3):
         raise InputError(f"{kind_of(obj)} has vertices of shape {vertices.shape}; expected (m, 3)")
-    parts = [np.asarray(entity.discrete(vertices, scale=obj.scale)) for entity in obj.entities]
+    scale = obj.scale  # which trimesh computes each time
+    parts = [np.asarray(entity.discrete(vertices, scale=scale)) for entity in obj.entities]
     if vertices.shape[1] == 2:
         how.warn(FLAT)
         parts = [with_z(part) for part in parts]

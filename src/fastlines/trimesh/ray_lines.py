@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..arrays import IntArray, kind_of, to_float32
+from ..arrays import IntArray, count, kind_of, to_float32
 from ..builder import build
 from ..errors import InputError
 from ..geometry.any_geometry import AnyGeometry
@@ -159,10 +159,11 @@ class RayLines:
         (array([0, 1]), array([0, 0]))
         """
         tree, given = self._query(ray_origins, ray_directions, radius, options)
-        if not multiple_hits or max_hits is not None:
-            hits = tree.next_hits(*given, 1 if not multiple_hits else max_hits, **options)
-        else:
+        most = None if max_hits is None else count("max_hits", max_hits, 0)
+        if multiple_hits and most is None:
             hits = tree.all_hits(*given, **options)
+        else:
+            hits = tree.next_hits(*given, most if multiple_hits else 1, **options)
         return (hits.prim, hits.ray, hits.points()) if return_locations else (hits.prim, hits.ray)
 
     def intersects_first(
