@@ -21,6 +21,7 @@ FACES = (
     "",
     ".beams",
     ".cli",
+    ".inspection",
     ".io",
     ".mitsuba",
     ".rendering",

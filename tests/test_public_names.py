@@ -75,6 +75,7 @@ NAMES = [
     "get_include",
     "get_lib",
     "get_num_threads",
+    "inspection",
     "lines",
     "load",
     "query_parquet",
@@ -120,7 +121,7 @@ def test_type_checkers_see_the_same_names() -> None:
         for alias in imported.names
     }
     assert {name: module for name, module in seen.items() if module} == fl._MODULE_OF
-    assert {name for name, module in seen.items() if not module} == {"beams", "scenes", "theory"}
+    assert {name for name, module in seen.items() if not module} == {"beams", "inspection", "scenes", "theory"}
 
 
 def test_a_name_that_is_not_there() -> None:

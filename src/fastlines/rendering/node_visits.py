@@ -14,12 +14,11 @@ import numpy as np
 import numpy.typing as npt
 
 from ..arrays import IntArray
+from ..inspection.slabs import enter
 from ..tree import Tree
 
 #: The most pairs of a ray and a node that are tested at a time.
 MAX_PAIRS = 1 << 18
-
-Float64Array = npt.NDArray[np.float64]
 
 
 def visited_nodes(tree: Tree, origins: npt.ArrayLike, directions: npt.ArrayLike, radius: float = 0.0) -> IntArray:
@@ -62,7 +61,7 @@ def visited_nodes(tree: Tree, origins: npt.ArrayLike, directions: npt.ArrayLike,
     ]
     while waiting:
         rays, nodes = waiting.pop()
-        hit = _hits(tree.nodes["box"][nodes], origins[rays], directions[rays], grow)
+        hit = np.isfinite(enter(tree.nodes["box"][nodes], origins[rays], directions[rays], grow))
         rays, nodes = rays[hit], nodes[hit]
         counts += np.bincount(rays, minlength=len(counts))
         # Go on with both children.
@@ -72,19 +71,3 @@ def visited_nodes(tree: Tree, origins: npt.ArrayLike, directions: npt.ArrayLike,
         if len(rays):
             waiting += zip(np.array_split(rays, parts), np.array_split(nodes, parts), strict=True)
     return counts
-
-
-def _hits(
-    boxes: npt.NDArray[np.float32], origins: Float64Array, directions: Float64Array, grow: float
-) -> npt.NDArray[np.bool_]:
-    """Return which rays hit their boxes, by slabs."""
-    enter, leave = np.zeros(len(boxes)), np.full(len(boxes), np.inf)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        for axis in range(3):
-            low = boxes[:, 0, axis].astype(np.float64) - grow - origins[:, axis]
-            high = boxes[:, 1, axis].astype(np.float64) + grow - origins[:, axis]
-            inverse = 1 / directions[:, axis]
-            one, other = low * inverse, high * inverse
-            # A ray in the plane of a face gives 0·inf = NaN, and hits: fmax and fmin pass over NaN.
-            enter, leave = np.fmax(enter, np.minimum(one, other)), np.fmin(leave, np.maximum(one, other))
-    return np.asarray(enter <= leave)
