@@ -70,6 +70,7 @@ NAMES = [
     "build",
     "build_forest",
     "default_camera",
+    "drawing",
     "get_backend",
     "get_cmake_dir",
     "get_include",
@@ -121,7 +122,13 @@ def test_type_checkers_see_the_same_names() -> None:
         for alias in imported.names
     }
     assert {name: module for name, module in seen.items() if module} == fl._MODULE_OF
-    assert {name for name, module in seen.items() if not module} == {"beams", "inspection", "scenes", "theory"}
+    assert {name for name, module in seen.items() if not module} == {
+        "beams",
+        "drawing",
+        "inspection",
+        "scenes",
+        "theory",
+    }
 
 
 def test_a_name_that_is_not_there() -> None:

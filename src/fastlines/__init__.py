@@ -16,6 +16,7 @@ from .support.painter import draw_with
 
 if TYPE_CHECKING:
     from . import beams as beams
+    from . import drawing as drawing
     from . import inspection as inspection
     from . import scenes as scenes
     from . import theory as theory
@@ -151,11 +152,11 @@ _NAMES = {
 }
 
 #: Modules with names of their own, such as `fl.scenes.make`.
-_MODULES = ("beams", "inspection", "io", "rendering", "scenes", "theory")
+_MODULES = ("beams", "drawing", "inspection", "io", "rendering", "scenes", "theory")
 
 _MODULE_OF = {name: module for module, names in _NAMES.items() for name in names}
 
-__all__ = sorted([*_MODULE_OF, "beams", "inspection", "scenes", "theory"])
+__all__ = sorted([*_MODULE_OF, "beams", "drawing", "inspection", "scenes", "theory"])
 
 draw_with(lambda: import_module(".rendering.card.card", __name__))
 
