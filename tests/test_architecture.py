@@ -21,6 +21,7 @@ FACES = (
     "",
     ".beams",
     ".cli",
+    ".drawing",
     ".inspection",
     ".io",
     ".mitsuba",
