@@ -21,6 +21,8 @@ FACES = (
     "",
     ".beams",
     ".cli",
+    ".drawing",
+    ".inspection",
     ".io",
     ".mitsuba",
     ".rendering",

@@ -16,6 +16,8 @@ from .support.painter import draw_with
 
 if TYPE_CHECKING:
     from . import beams as beams
+    from . import drawing as drawing
+    from . import inspection as inspection
     from . import scenes as scenes
     from . import theory as theory
     from . import trimesh as trimesh
@@ -157,11 +159,12 @@ _NAMES = {
 }
 
 #: Modules with names of their own, such as `fl.scenes.make`.
-_MODULES = ("beams", "io", "rendering", "scenes", "theory", "trimesh")
+_SHOWN = ("beams", "drawing", "inspection", "scenes", "theory", "trimesh")
+_MODULES = (*_SHOWN, "io", "rendering")
 
 _MODULE_OF = {name: module for module, names in _NAMES.items() for name in names}
 
-__all__ = sorted([*_MODULE_OF, "beams", "scenes", "theory", "trimesh"])
+__all__ = sorted([*_MODULE_OF, *_SHOWN])
 
 draw_with(lambda: import_module(".rendering.card.card", __name__))
 
