@@ -4,6 +4,9 @@ import sys
 from importlib.metadata import version as _version
 from pathlib import Path
 
+from docutils import nodes
+from sphinx.application import Sphinx
+
 sys.path.insert(0, str(Path(__file__).parent / "_ext"))
 
 project = "fastlines"
@@ -50,3 +53,16 @@ html_copy_source = False
 html_math_renderer = "mathml"
 pygments_style = "tango"
 pygments_dark_style = "github-dark"
+
+
+def setup(app: Sphinx) -> None:
+    """Connect the function below."""
+    app.connect("doctree-read", drop_blank_ends)
+
+
+def drop_blank_ends(app: Sphinx, doctree: nodes.document) -> None:
+    """Drop the blank line with which examples end, because doctest needs it and readers don't."""
+    for block in doctree.findall(nodes.literal_block):
+        if isinstance(text := block.children[0], nodes.Text):
+            block.rawsource = block.rawsource.rstrip()
+            block.replace(text, nodes.Text(text.rstrip()))

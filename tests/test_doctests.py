@@ -22,7 +22,7 @@ MODULES = [
 PAGES = {
     page.name: "\n".join(re.findall(r"```python\n(.*?)```", page.read_text(encoding="utf-8"), re.DOTALL))
     for page in [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
-    if "```python" in page.read_text(encoding="utf-8")
+    if "```python\n>>>" in page.read_text(encoding="utf-8")
 }
 
 
