@@ -49,7 +49,9 @@ def pages_of_files(env: BuildEnvironment) -> dict[Path, str]:
 def lead_to_pages(app: Sphinx, doctree: nodes.document) -> None:
     """Turn the links of a page to files into links to pages."""
     included = pages_of_files(app.env)
-    for link in list(doctree.findall(lambda node: isinstance(node, addnodes.download_reference | addnodes.pending_xref))):
+    for link in list(
+        doctree.findall(lambda node: isinstance(node, addnodes.download_reference | addnodes.pending_xref))
+    ):
         path = file_of(link, app.env)
         if path in included:
             link["reftarget"] = included[path]

@@ -1,0 +1,137 @@
+"""How many references leaves have, and how deep they are."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias
+
+import numpy as np
+
+from ..arrays import IntArray, choice
+from ..errors import InputError
+from ..geometry.hit_places import Float64Array
+from ..inspection.outline import Outline, outline_of
+from ..support.texts import counted, number_text
+from .axes import COLORS, INK, axes_of, describe
+from .subject import AnyTree, require_boxes
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+#: One tree, several, or several by the names in the legend.
+Trees: TypeAlias = AnyTree | Sequence[AnyTree] | Mapping[str, AnyTree]
+#: What leaves count by: each as one, or by the chance that a ray visits it.
+WEIGHTS = ("number", "chance")
+#: The most bars of single numbers; beyond, bars are ranges that double.
+MAX_BARS = 40
+
+
+def draw_leaf_sizes(trees: Trees, *, by: Literal["number", "chance"] = "number", ax: Axes | None = None) -> Axes:
+    """Draw how many leaves have how many references, of one tree or of several.
+
+    Parameters
+    ----------
+    trees : Tree or theory.Node; or a sequence of them, or a mapping from labels to them
+    by : {"number", "chance"}
+        Count leaves, or add up the chances that a ray through the root's box visits them.
+    ax : Axes, optional
+        Where to draw; by default on a new figure.
+
+    Returns
+    -------
+    Axes
+        Each tree has one line of steps, whose label is that of the tree.
+
+    Examples
+    --------
+    >>> import fastlines as fl
+    >>> lines = fl.scenes.make("spaghetti", 200).lines
+    >>> trees = [fl.build(lines, method) for method in ("bvh-cl", "bvh-d2")]
+    >>> fl.drawing.draw_leaf_sizes(trees).get_title()
+    'Leaves by their number of references'
+    """
+    return _draw(trees, by, ax, "by their number of references", "references", lambda outline: outline.n_refs)
+
+
+def draw_depths(trees: Trees, *, by: Literal["number", "chance"] = "number", ax: Axes | None = None) -> Axes:
+    """Draw how many leaves are on which level, of one tree or of several.
+
+    Parameters
+    ----------
+    trees, by, ax
+        As in `draw_leaf_sizes`.
+
+    Returns
+    -------
+    Axes
+        Each tree has one line of steps, whose label is that of the tree.
+
+    Examples
+    --------
+    >>> import fastlines as fl
+    >>> tree = fl.build(fl.scenes.make("spaghetti", 200).lines, "bvh-d2")
+    >>> fl.drawing.draw_depths(tree, by="chance").get_title()
+    'Leaves that a ray visits, by their level'
+    """
+    return _draw(trees, by, ax, "by their level", "level", lambda outline: outline.level)
+
+
+def labelled(trees: Trees) -> dict[str, AnyTree]:
+    """Return trees by their labels, which are the names of their methods unless others are given."""
+    if isinstance(trees, Mapping):
+        named = list(trees.items())
+    else:
+        several = list(trees) if isinstance(trees, Sequence) else [trees]
+        named = [(outline_of(tree).name, tree) for tree in several]
+    if not named:
+        raise InputError("trees is empty; expected a tree, or several")
+    found: dict[str, AnyTree] = {}
+    for name, tree in named:
+        label, number = name, 2
+        while label in found:
+            label, number = f"{name} ({number})", number + 1
+        found[label] = tree
+    return found
+
+
+def _draw(trees: Trees, by: str, ax: Axes | None, order: str, below: str, measure: Any) -> Axes:
+    axes, weights = axes_of(ax, 6.0, 3.6), choice("by", by, WEIGHTS)
+    outlines = {label: outline_of(tree) for label, tree in labelled(trees).items()}
+    for outline in outlines.values():
+        require_boxes(outline)
+    values = {label: measure(outline)[outline.is_leaf] for label, outline in outlines.items()}
+    edges, names = _bins(max(int(found.max()) for found in values.values()))
+    at = np.arange(len(names) + 1) - 0.5
+    for i, (label, outline) in enumerate(outlines.items()):
+        heights = _heights(outline, values[label], edges, weights)
+        total = counted(outline.is_leaf.sum(), "leaves") if weights == "number" else f"{heights.sum():.4g} visits"
+        mean = number_text(float(values[label].mean()))
+        color, text = COLORS[i % len(COLORS)], f"{label}: {total}"
+        axes.stairs(heights, at, fill=True, color=color, alpha=0.25 if len(outlines) > 1 else 0.6)
+        axes.stairs(
+            heights, at, color=color, linewidth=1.2, label=f"{text}, mean {mean}" if weights == "number" else text
+        )
+    step = max(1, len(names) // 12)
+    axes.set_xticks(range(0, len(names), step), names[::step])
+    axes.set(xlim=(at[0], at[-1]), ylabel="leaves" if weights == "number" else "visits of a ray")
+    axes.margins(y=0.05)
+    axes.legend(loc="upper right", fontsize="small", labelcolor=INK, facecolor="white", framealpha=0.9)
+    describe(axes, f"Leaves {order}" if weights == "number" else f"Leaves that a ray visits, {order}", (), below)
+    return axes
+
+
+def _heights(outline: Outline, values: IntArray, edges: IntArray, weights: str) -> Float64Array:
+    weight = np.ones(len(values)) if weights == "number" else outline.chance[outline.is_leaf]
+    return np.asarray(np.bincount(np.searchsorted(edges, values, "right") - 1, weight, len(edges)), np.float64)
+
+
+def _bins(most: int) -> tuple[IntArray, list[str]]:
+    """Return the least number of each bar, and its name."""
+    if most < MAX_BARS:
+        return np.arange(most + 1), [str(number) for number in range(most + 1)]
+    edges = np.concatenate([[0], 2 ** np.arange(most.bit_length())])
+    names = [
+        str(low) if low + 1 == high else f"{low}–{high - 1}"
+        for low, high in zip(edges, [*edges[1:], 2 * edges[-1]], strict=True)
+    ]
+    return edges, names
