@@ -10,7 +10,7 @@ from sphinx.application import Sphinx
 sys.path.insert(0, str(Path(__file__).parent / "_ext"))
 
 project = "fastlines"
-author = "The fastlines developers"
+author = project_copyright = "The fastlines developers"
 version = release = _version("fastlines")
 extensions = [
     "myst_nb",
@@ -49,6 +49,7 @@ html_logo = "_static/logo.svg"
 html_favicon = "_static/logo.svg"
 html_static_path = ["_static"]
 html_css_files = ["site.css"]
+html_search_scorer = str(Path(__file__).parent / "_ext" / "search_scorer.js")
 html_copy_source = False
 html_math_renderer = "mathml"
 pygments_style = "tango"

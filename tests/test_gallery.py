@@ -36,7 +36,8 @@ def small(command: str) -> list[str]:
         options += ["--passes", "1"]
     else:
         options += ["--samples", "1"]
-        what = ":".join([what, str(FEW)] if what.count(":") == 1 else [what]) if ":" in what else f"scene:bun-hair:{FEW}"
+        what = what if what.startswith("scene:") else "scene:bun-hair"
+        what = what if what.count(":") == 2 else f"{what}:{FEW}"
     return [name, what, *options, *(text for key in SIZE for text in (f"--{key}", str(SIZE[key])))]
 
 
