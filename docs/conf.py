@@ -4,10 +4,13 @@ import sys
 from importlib.metadata import version as _version
 from pathlib import Path
 
+from docutils import nodes
+from sphinx.application import Sphinx
+
 sys.path.insert(0, str(Path(__file__).parent / "_ext"))
 
 project = "fastlines"
-author = "The fastlines developers"
+author = project_copyright = "The fastlines developers"
 version = release = _version("fastlines")
 extensions = [
     "myst_nb",
@@ -46,7 +49,21 @@ html_logo = "_static/logo.svg"
 html_favicon = "_static/logo.svg"
 html_static_path = ["_static"]
 html_css_files = ["site.css"]
+html_search_scorer = str(Path(__file__).parent / "_ext" / "search_scorer.js")
 html_copy_source = False
 html_math_renderer = "mathml"
 pygments_style = "tango"
 pygments_dark_style = "github-dark"
+
+
+def setup(app: Sphinx) -> None:
+    """Connect the function below."""
+    app.connect("doctree-read", drop_blank_ends)
+
+
+def drop_blank_ends(app: Sphinx, doctree: nodes.document) -> None:
+    """Drop the blank line with which examples end, because doctest needs it and readers don't."""
+    for block in doctree.findall(nodes.literal_block):
+        if isinstance(text := block.children[0], nodes.Text):
+            block.rawsource = block.rawsource.rstrip()
+            block.replace(text, nodes.Text(text.rstrip()))

@@ -29,11 +29,11 @@ def python_of(page: Path, language: str = "python") -> str:
     return "\n".join(re.findall(rf"```(?:{language})\n(.*?)```", page.read_text(encoding="utf-8"), re.DOTALL))
 
 
-#: The Python of each page that has any.
+#: The Python of each page that shows what it prints.
 PAGES = {
     str(page.relative_to(ROOT)): python_of(page)
     for page in [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")), *sorted((ROOT / "docs/from").glob("*.md"))]
-    if python_of(page)
+    if ">>>" in python_of(page)
 }
 #: The modules that need another package, or whose examples do.
 NEEDED = {

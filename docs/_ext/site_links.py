@@ -8,11 +8,11 @@ from __future__ import annotations
 
 from html.parser import HTMLParser
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 from urllib.parse import unquote, urlsplit
 
-from sphinx.application import Sphinx
-from sphinx.util import logging
+if TYPE_CHECKING:
+    from sphinx.application import Sphinx
 
 
 class Page(HTMLParser):
@@ -53,6 +53,8 @@ def broken_links(folder: Path) -> list[str]:
 
 def check(app: Sphinx, error: Exception | None) -> None:
     """Warn about broken links, and fail the build."""
+    from sphinx.util import logging
+
     if error is None and app.builder.format == "html":
         for link in broken_links(Path(app.outdir)):
             logging.getLogger(__name__).warning("this link leads nowhere: %s", link)
