@@ -9,7 +9,8 @@ import numpy as np
 from ..arrays import IntArray, count
 from ..errors import InputError
 from ..support.texts import counted
-from .axes import FAINT, axes_of, describe, library, ordered_colors
+from .axes import axes_of, describe, library, ordered_colors
+from .backdrop import draw_backdrop
 from .projection import AxisOption, projection_of
 from .subject import AnyTree, Subject, subject_of
 
@@ -63,7 +64,7 @@ def draw_levels(tree: AnyTree, level: int, *, axis: AxisOption = None, ax: Axes 
     if count("level", level, 0) >= len(levels):
         raise InputError(f"level={level}; the last level of this tree is {len(levels) - 1}")
     view = projection_of(subject.boxes[0], axis)
-    subject.draw_prims(axes, view, FAINT, 0.3)
+    draw_backdrop(axes, subject, view)
     nodes, is_leaf = levels[level], subject.outline.is_leaf
     ended = np.concatenate([above[is_leaf[above]] for above in levels[: level + 1]])[: None if level else 0]
     ended = ended[~np.isin(ended, nodes)]

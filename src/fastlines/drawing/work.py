@@ -84,14 +84,14 @@ def draw_work(
     number("most", brightest, "a number above 0", 1e-300)
     image = axes.imshow(work, cmap=MAP, vmin=0, vmax=brightest, interpolation="nearest")
     without_frame(axes)
-    unit = "nodes visited" if by == "nodes" else "cost of steps and tests"
     color = axes.title.get_color()
     bar = axes.figure.colorbar(image, ax=axes, extend="max" if work.max() > brightest else "neither", pad=0.02)
-    bar.set_label(f"{unit}, a ray", color=color)
+    bar.set_label("nodes visited by a ray" if by == "nodes" else "cost of a ray: its steps and tests", color=color)
     bar.ax.tick_params(colors=color)
     mean = number_text(float(hit.mean()) if len(hit) else 0.0)
-    through = f"radius {radius:g}; " if radius else ""
-    describe(axes, f"{outline.name}: {mean} {unit} on average", [f"{through}mean of pixels that hit the root's box"])
+    title = f"{outline.name}: {mean} nodes a ray" if by == "nodes" else f"{outline.name}: cost {mean} a ray"
+    through = [f"radius {radius:g}"] if radius else []
+    describe(axes, title, [*through, "mean of the pixels that hit the root's box"])
     return axes
 
 
