@@ -43,7 +43,7 @@ _LIGHT = {
     "axes.titlesize": TEXT + 1,
     "axes.labelsize": TEXT - 0.5,
     "figure.facecolor": PAPER,
-    "figure.titlesize": TEXT + 3,
+    "figure.titlesize": TEXT + 2,
     "font.family": ["sans-serif"],
     "font.size": TEXT,
     "xtick.color": INK,
@@ -117,6 +117,13 @@ def without_frame(ax: Axes) -> None:
     ax.set(xticks=[], yticks=[])
     for spine in ax.spines.values():
         spine.set_visible(False)
+
+
+def share_scale(panels: Sequence[Axes]) -> None:
+    """Give the images of several axes the scale of the brightest one."""
+    images = [image for panel in panels for image in panel.images]
+    for image in images:
+        image.set_clim(0, max(other.get_clim()[1] for other in images))
 
 
 def ordered_colors(count: int) -> Any:

@@ -11,7 +11,7 @@ from ..inspection.outline import outline_of
 from ..progress import ProgressCallback, ProgressOption, reporting, staged
 from ..structure.tree_data import TreeData
 from ..support.texts import counted, number_text
-from .axes import light, new_figure
+from .axes import light, new_figure, share_scale
 from .histograms import Trees, Weight, draw_depths, draw_leaf_sizes, labelled
 from .icicle import draw_icicle
 from .levels import draw_levels
@@ -21,6 +21,7 @@ from .subject import AnyTree, require_boxes
 from .work import draw_work
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 #: The size of a panel in inches, and how many panels are side by side in a sheet of levels.
@@ -142,17 +143,15 @@ def _several(trees: Mapping[str, AnyTree], axis: AxisOption, callback: ProgressC
     figure = new_figure(13.6, 3.4 * len(trees) + 3.2)
     parts: Any = figure.subfigures(len(trees) + 1, 1)
     *rows, leaves = parts
-    images: list[Any] = []
+    panels = list[Axes]()
     for i, (row, tree) in enumerate(zip(rows, trees.values(), strict=True)):
         *views, cost, work = row.subplots(1, 4, width_ratios=(1, 1, 1.4, 1.1))
         for panel, draw in zip_longest(views, _views(tree, ROW_LEVELS, axis)):
             draw(ax=panel) if draw else panel.set_axis_off()
         draw_icicle(tree, ax=cost)
         done = staged(callback, i / len(trees), (i + 1) / len(trees))
-        images += draw_work(tree, ax=work, progress=done or False).images
-    brightest = max(image.get_clim()[1] for image in images)
-    for image in images:
-        image.set_clim(0, brightest)
+        panels.append(draw_work(tree, ax=work, progress=done or False))
+    share_scale(panels)
     _draw_leaves(leaves, trees, "share")
     return figure
 
