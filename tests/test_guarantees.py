@@ -24,7 +24,7 @@ def functions(path: str) -> dict[str, list[str]]:
     """Return the functions of a file at its top level, and their decorators."""
     text = (ROOT / path).read_text(encoding="utf-8")
     if path.endswith(".cpp"):
-        return dict.fromkeys(re.findall(r"^\w[^;()\n]*?\b(\w+)\([^;]*?\) \{", text, re.MULTILINE), [])
+        return {name: [] for name in re.findall(r"^\w[^;()\n]*?\b(\w+)\([^;]*?\) \{", text, re.MULTILINE)}
     found = [node for node in ast.parse(text).body if isinstance(node, ast.FunctionDef)]
     return {function.name: [ast.unparse(decorator) for decorator in function.decorator_list] for function in found}
 
