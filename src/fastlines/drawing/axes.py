@@ -26,7 +26,7 @@ COLORS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#00
 #: Inner nodes and leaves.
 INNER, LEAF = COLORS[0], COLORS[1]
 #: Ordered things have colours from this part of viridis: its bright end is pale on paper.
-ORDERED, BRIGHTEST = "viridis", 0.86
+ORDERED, BRIGHTEST = "viridis", 0.78
 #: How many characters of a note fit into an inch.
 CHARACTERS = 16
 #: The pixels an inch, of pictures and of what is pixels in a vector file.

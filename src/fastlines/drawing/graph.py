@@ -10,7 +10,7 @@ from ..geometry.hit_places import Float64Array
 from ..inspection.outline import Outline, outline_of
 from ..support.texts import counted, listed
 from .axes import axes_of, describe, ordered_colors, without_frame
-from .letters import Lettered, lettered
+from .letters import Lettered, kind_of, lettered
 from .subject import AnyTree, require_boxes
 
 if TYPE_CHECKING:
@@ -67,9 +67,8 @@ def draw_graph(tree: AnyTree, *, max_level: int | None = None, ax: Axes | None =
     across = [x for x, _ in place.values()]
     axes.set(xlim=(min(across) - 0.7, max(across) + 0.7), ylim=(-named.last - 0.6, 0.4))
     without_frame(axes)
-    kind = "KD tree" if outline.is_kd else "BVH"
     notes = ["below leaves: their primitives", *named.notes]
-    describe(axes, f"{kind}: {counted(outline.n_nodes, 'nodes')}", notes)
+    describe(axes, f"{kind_of(outline)}: {counted(outline.n_nodes, 'nodes')}", notes)
     return axes
 
 

@@ -11,7 +11,7 @@ from ..geometry.lines import AXES
 from ..support.texts import counted
 from .axes import INK, axes_of, describe, library, ordered_colors
 from .backdrop import draw_backdrop
-from .letters import Lettered, lettered
+from .letters import Lettered, kind_of, lettered
 from .placing import along_strokes, apart, inside, on_line, on_sides, write
 from .planes import plane_segments
 from .projection import AxisOption, Projection, projection_of
@@ -70,9 +70,9 @@ def draw_partition(
     named, view = lettered(subject.outline, max_level), projection_of(subject.boxes[0], axis)
     draw_backdrop(axes, subject, view)
     taken = number_prims(axes, subject, view)
-    kind, draw = ("KD tree", _draw_cells) if subject.outline.is_kd else ("BVH", _draw_boxes)
+    draw = _draw_cells if subject.outline.is_kd else _draw_boxes
     notes = draw(axes, subject, named, view, taken)
-    describe(axes, f"{kind}: the partition", [*notes, *named.notes, *subject.notes], view.names[0])
+    describe(axes, f"{kind_of(subject.outline)}: the partition", [*notes, *named.notes, *subject.notes], view.names[0])
     return axes
 
 

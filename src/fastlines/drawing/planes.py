@@ -70,7 +70,8 @@ def draw_planes(tree: AnyTree, *, max_level: int = MAX_LEVEL, axis: AxisOption =
     facing, without = int((split == view.axis).sum()), int((split < 0).sum())
     notes = [f"{counted(facing, 'planes')} across {AXES[view.axis]} would face the viewer"] if facing else []
     notes += [f"{counted(without, 'nodes')} have children that overlap"] if without else []
-    describe(axes, f"{outline.name}, planes of levels 0 to {last}", [*notes, *subject.notes], view.names[0])
+    which = f"planes of levels 0 to {last}" if len(nodes) else "one leaf, without planes"
+    describe(axes, f"{outline.name}, {which}", [*notes, *subject.notes], view.names[0])
     return axes
 
 

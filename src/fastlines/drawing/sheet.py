@@ -133,7 +133,7 @@ def _one(tree: AnyTree, axis: AxisOption, callback: ProgressCallback | None) -> 
         draw(ax=panel)
     cost, work = costs.subplots(1, 2, width_ratios=(2, 1))
     draw_icicle(tree, ax=cost)
-    draw_work(tree, ax=work, progress=callback or False)
+    draw_work(tree, by="cost", ax=work, progress=callback or False)
     _draw_leaves(leaves, tree, "number")
     return figure
 
@@ -150,7 +150,7 @@ def _several(trees: Mapping[str, AnyTree], axis: AxisOption, callback: ProgressC
             draw(ax=panel) if draw else panel.set_axis_off()
         draw_icicle(tree, ax=cost)
         done = staged(callback, i / len(trees), (i + 1) / len(trees))
-        panels.append(draw_work(tree, ax=work, progress=done or False))
+        panels.append(draw_work(tree, by="cost", ax=work, progress=done or False))
     share_scale(panels)
     _draw_leaves(leaves, trees, "share")
     return figure
