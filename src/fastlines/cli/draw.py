@@ -12,7 +12,7 @@ from .options import FormatName, FormatOptions, Input, Skip
 
 def draw(
     source: Input,
-    output: Annotated[str, Option("--output", "-o", metavar="FILE", help="The picture: .svg, .png or .pdf.")],
+    output: Annotated[str, Option("--output", "-o", metavar="FILE", help="The picture: .svg, .pdf, .png or .webp.")],
     kind: Annotated[
         str,
         Option(metavar="NAME", help="sheet, levels, planes, icicle, leaves, depths, work, partition, graph or thesis."),

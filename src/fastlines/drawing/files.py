@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 #: The formats of drawings, by extension, and the fields of their metadata that would tell when they were written.
-FORMATS = {".svg": {"Date": None}, ".png": {"Software": None}, ".pdf": {"CreationDate": None}}
+FORMATS = {".svg": {"Date": None}, ".png": {"Software": None}, ".pdf": {"CreationDate": None}, ".webp": None}
 
 
 def check_drawing_path(path: str | os.PathLike[str]) -> str:
@@ -35,7 +35,7 @@ def check_drawing_path(path: str | os.PathLike[str]) -> str:
 
 
 def write_drawing(path: str | os.PathLike[str], figure: Figure) -> None:
-    """Write a figure as .svg, .png or .pdf.
+    """Write a figure as .svg, .png, .pdf or .webp, which is the smallest.
 
     Raises
     ------

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Literal, TypeAlias
+from typing import TYPE_CHECKING, Literal, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -20,14 +21,23 @@ if TYPE_CHECKING:
 
 #: One tree, several, or several by the names in the legend.
 Trees: TypeAlias = AnyTree | Sequence[AnyTree] | Mapping[str, AnyTree]
-#: What a histogram is of: a number for each node.
-Measure: TypeAlias = Callable[[Outline], IntArray]
 #: What leaves count by: each as one, as a share of all, or by the chance that a ray visits it; and the axis of that.
 WEIGHTS = ("number", "share", "chance")
 LABELS = {"number": "leaves", "share": "share of the leaves", "chance": "visits of a ray"}
 Weight: TypeAlias = Literal["number", "share", "chance"]
-#: The most bars of single numbers; beyond, bars are ranges that double.
-MAX_BARS = 40
+
+
+class Quantity(NamedTuple):
+    """What leaves are ordered by: a number for each node, and its name."""
+
+    name: str
+    of: Callable[[Outline], IntArray]
+    #: The most bars of single numbers; beyond, bars are ranges that double.
+    max_bars: float
+
+
+REFERENCES = Quantity("references", lambda outline: outline.n_refs, 40)
+LEVEL = Quantity("level", lambda outline: outline.level, math.inf)
 
 
 def draw_leaf_sizes(trees: Trees, *, by: Weight = "number", ax: Axes | None = None) -> Axes:
@@ -55,7 +65,7 @@ def draw_leaf_sizes(trees: Trees, *, by: Weight = "number", ax: Axes | None = No
     >>> fl.drawing.draw_leaf_sizes(trees).get_title()
     'Leaves by their references'
     """
-    return _draw(trees, by, ax, "by their references", "references", lambda outline: outline.n_refs)
+    return _draw(trees, by, ax, REFERENCES)
 
 
 def draw_depths(trees: Trees, *, by: Weight = "number", ax: Axes | None = None) -> Axes:
@@ -78,7 +88,7 @@ def draw_depths(trees: Trees, *, by: Weight = "number", ax: Axes | None = None) 
     >>> fl.drawing.draw_depths(tree, by="chance").get_title()
     'Leaves that a ray visits, by their level'
     """
-    return _draw(trees, by, ax, "by their level", "level", lambda outline: outline.level)
+    return _draw(trees, by, ax, LEVEL)
 
 
 def labelled(trees: Trees) -> dict[str, AnyTree]:
@@ -99,13 +109,13 @@ def labelled(trees: Trees) -> dict[str, AnyTree]:
     return found
 
 
-def _draw(trees: Trees, by: str, ax: Axes | None, order: str, below: str, measure: Measure) -> Axes:
+def _draw(trees: Trees, by: str, ax: Axes | None, quantity: Quantity) -> Axes:
     axes, weight = axes_of(ax, 6.0, 3.6), choice("by", by, WEIGHTS)
     outlines = {label: outline_of(tree) for label, tree in labelled(trees).items()}
     for outline in outlines.values():
         require_boxes(outline)
-    values = {label: measure(outline)[outline.is_leaf] for label, outline in outlines.items()}
-    edges, names = _bins(max(int(found.max()) for found in values.values()))
+    values = {label: quantity.of(outline)[outline.is_leaf] for label, outline in outlines.items()}
+    edges, names = _bins(max(int(found.max()) for found in values.values()), quantity.max_bars)
     at = np.arange(len(names) + 1) - 0.5
     opacity, highest = (0.6 if len(outlines) == 1 else 0.2), 0.0
     for i, (label, outline) in enumerate(outlines.items()):
@@ -122,7 +132,8 @@ def _draw(trees: Trees, by: str, ax: Axes | None, order: str, below: str, measur
     # Leave room for the legend.
     axes.set(xlim=(at[0], at[-1]), ylim=(0, highest * (1.1 + 0.1 * len(outlines))), ylabel=LABELS[weight])
     legend(axes, "upper right")
-    describe(axes, f"Leaves that a ray visits, {order}" if weight == "chance" else f"Leaves {order}", (), below)
+    which = "Leaves that a ray visits," if weight == "chance" else "Leaves"
+    describe(axes, f"{which} by their {quantity.name}", (), quantity.name)
     return axes
 
 
@@ -133,9 +144,9 @@ def _heights(outline: Outline, values: IntArray, edges: IntArray, weight: str) -
     return np.asarray(heights / len(values) if weight == "share" else heights)
 
 
-def _bins(most: int) -> tuple[IntArray, list[str]]:
+def _bins(most: int, max_bars: float) -> tuple[IntArray, list[str]]:
     """Return the least number of each bar, and its name."""
-    if most < MAX_BARS:
+    if most < max_bars:
         return np.arange(most + 1), [str(number) for number in range(most + 1)]
     edges = np.concatenate([[0], 2 ** np.arange(most.bit_length())])
     ends = [*edges[1:].tolist(), 2 * int(edges[-1])]

@@ -109,7 +109,8 @@ def facts_of(tree: AnyTree) -> str:
     n_prims = tree.n_prims if isinstance(tree, TreeData) else len(tree.prims)
     counts = {"primitives": n_prims, "references": len(outline.prims), "nodes": outline.n_nodes}
     words = [counted(number, nouns) for nouns, number in counts.items()]
-    return ", ".join([*words, f"cost {number_text(float(outline.cost_below[0]))}"])
+    model = f"a step {outline.model.c_trav:g}, a test {outline.model.c_prim:g}"
+    return ", ".join([*words, f"cost {number_text(float(outline.cost_below[0]))} ({model})"])
 
 
 def _views(tree: AnyTree, levels: Sequence[int], axis: AxisOption) -> list[Callable[..., object]]:
@@ -143,7 +144,7 @@ def _several(trees: Mapping[str, AnyTree], axis: AxisOption, callback: ProgressC
     figure = new_figure(13.6, 3.4 * len(trees) + 3.2)
     parts: Any = figure.subfigures(len(trees) + 1, 1)
     *rows, leaves = parts
-    panels = list[Axes]()
+    panels: list[Axes] = []
     for i, (row, tree) in enumerate(zip(rows, trees.values(), strict=True)):
         *views, cost, work = row.subplots(1, 4, width_ratios=(1, 1, 1.4, 1.1))
         for panel, draw in zip_longest(views, _views(tree, ROW_LEVELS, axis)):
