@@ -87,7 +87,7 @@ def test_many_primitives_are_thinned_and_become_pixels() -> None:
     ax = fl.drawing.draw_levels(fl.build(fl.scenes.make("spaghetti", 30_000).lines, "bvh-cl"), 1)
     (drawn,) = lines_of(ax)
     assert drawn.get_rasterized()
-    assert f"{len(drawn.get_paths()):,} of 30,000 primitives are drawn" in ax.get_xlabel().replace("\n", " ")
+    assert f"{len(drawn.get_paths()):,} of 30,000 primitives drawn" in ax.get_xlabel().replace("\n", " ")
 
 
 @pytest.mark.parametrize(

@@ -67,6 +67,15 @@ def test_an_icicle_of_the_theory_is_the_same() -> None:
     assert np.array_equal(bars(one), bars(other))
 
 
+def test_costs_can_be_those_of_other_steps_and_tests() -> None:
+    model = fl.Cost(c_trav=7, c_prim=3)
+    assert fl.drawing.draw_icicle(DEEP, model=model).get_xlim()[1] == pytest.approx(DEEP.cost(model=model))
+    whole = np.asarray(fl.drawing.draw_work(DEEP, by="cost", size=2, model=model).images[0].get_array())
+    parts = [fl.Cost(c_trav=7, c_prim=1e-9), fl.Cost(c_trav=1e-9, c_prim=3)]
+    images = [fl.drawing.draw_work(DEEP, by="cost", size=2, model=part).images[0] for part in parts]
+    assert whole == pytest.approx(sum(np.asarray(image.get_array()) for image in images), rel=1e-6)
+
+
 def heights(ax: Any) -> list[np.ndarray]:
     """Return the heights of each labelled line of steps."""
     return [patch.get_data().values for patch in ax.patches if patch.get_label()]

@@ -51,7 +51,7 @@ class Subject:
     @property
     def notes(self) -> list[str]:
         """Whether only some of the primitives are drawn, in words."""
-        return [f"{self.n_drawn:,} of {self.n_prims:,} primitives are drawn"] if self.n_drawn < self.n_prims else []
+        return [f"{self.n_drawn:,} of {self.n_prims:,} primitives drawn"] if self.n_drawn < self.n_prims else []
 
 
 def subject_of(tree: AnyTree, most: int = MAX_PRIMS) -> Subject:
