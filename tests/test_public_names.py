@@ -89,6 +89,7 @@ NAMES = [
     "simd",
     "theory",
     "to_polydata",
+    "view",
     "write",
 ]
 
