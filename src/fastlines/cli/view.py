@@ -11,7 +11,7 @@ from typer import Option
 
 from ..errors import InputError
 from .files import note, open_lines, show_progress
-from .options import FormatName, FormatOptions, Input, OwnRadius, Skip, finite, refuse_given, vector
+from .options import FormatName, FormatOptions, Input, OwnRadius, Skip, finite, refuse_given
 
 if TYPE_CHECKING:
     from ..viewer.viewer import Viewer
@@ -59,7 +59,7 @@ def view(
     """Show a tree in the browser: its lines, its boxes, and the way of a ray through it.
 
     The page is served on the loopback address, 127.0.0.1, which other machines do not reach. Ctrl-C ends it. A click
-    on the page shoots a ray. It needs the package viser: pip install 'fastlines[view]'.
+    on the page shoots a ray. The command needs the extra 'view'.
 
     [bold]Examples[/]
 
@@ -96,7 +96,8 @@ def view(
     panes = make_panes(tree, against)
     choices = first_choices(panes, color, level, radius)
     if origin is not None and direction is not None:
-        choices.ray = make_ray(tree, read_vector(origin, "--origin"), vector(direction, "--direction"), choices.radius)
+        start, along = read_vector(origin, "--origin"), read_vector(direction, "--direction")
+        choices.ray = make_ray(tree, start, along, choices.radius)
     if export is not None:
         write_page(export, panes, choices)
         typer.echo(f"{export}: {tree!r}")

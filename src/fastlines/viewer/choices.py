@@ -14,6 +14,9 @@ from .shot import Ray
 #: What a click on the page does.
 SHOOT, PICK, TURN = "shoots a ray", "picks a leaf", "does nothing"
 CLICKS = (SHOOT, PICK, TURN)
+#: Which lines are shown.
+ALL, TESTED, HITS, NONE = "all", "those that the ray tests", "those that it hits", "none"
+LINES = (ALL, TESTED, HITS, NONE)
 #: The cut planes that hide nothing, as fractions of the box.
 UNCUT = ((0.0, 1.0), (0.0, 1.0), (0.0, 1.0))
 
@@ -24,6 +27,8 @@ class Choices:
 
     Attributes
     ----------
+    lines : str
+        Which lines are shown, one of `LINES`.
     color : str
         What colours of lines depend on.
     brightness, width : float
@@ -49,6 +54,7 @@ class Choices:
         What a click does.
     """
 
+    lines: str = ALL
     color: str = "direction"
     brightness: float = 0.7
     width: float = 1.5

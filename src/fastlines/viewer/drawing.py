@@ -11,8 +11,8 @@ from ..errors import InputError
 from ..geometry.hit_places import Float64Array
 from ..inspection.slabs import enter
 from ..inspection.traversal import trace_ray
-from ..rendering.card.facts import tree_facts
 from ..rendering.default_view import default_view
+from ..structure.tree_data import TreeData
 from .choices import Choices
 from .node_path import path_table, references_text
 from .pane import Pane
@@ -20,8 +20,6 @@ from .shot import Ray, hit_table, hits_text, rounded, step_text, work_table
 from .stage import Stage
 from .tables import Table, heading, legend_html, paragraph
 
-#: The facts of a tree that the page shows.
-FACTS = ("method", "over", "references", "nodes", "depth", "in a leaf", "cost", "limits")
 #: The gap between trees beside each other, as a fraction of the size of one.
 GAP = 0.15
 #: The aspect ratio of the part of the page that is not the panel.
@@ -58,11 +56,16 @@ class Drawing:
             self.stage.place(pane.group, place)
             corners += [low + place, high + place]
             if len(self.shown) > 1:
-                self.stage.label(f"{pane.group}/name", pane.name, self.stage.frame.box[1])
+                self.stage.label(f"{pane.group}/name", pane.name, self._top())
         bits = (np.arange(8)[:, None] >> np.arange(3)) & 1
         box = np.stack([np.min(corners, axis=0), np.max(corners, axis=0)])
         direction, up = self._view
         self.stage.look(Camera.framing(box[bits, np.arange(3)], direction, up, aspect=ASPECT))
+
+    def _top(self) -> Float64Array:
+        """Return the middle of the side of the box of everything that is upwards in the first view."""
+        box, up = self.stage.frame.box, np.array(self._view[1])
+        return np.asarray(box.mean(axis=0) + 0.5 * up * (box[1] - box[0]))
 
     def _places(self) -> list[tuple[Pane, Float64Array]]:
         """Return where on the page the trees are that are shown."""
@@ -72,19 +75,19 @@ class Drawing:
 
     def facts(self) -> str:
         """Return what is known of the trees, as HTML."""
-        of_trees = [dict(tree_facts(pane.tree)) for pane in self.panes]
-        rows = [[name, *(of.get(name, "–") for of in of_trees)] for name in FACTS if any(name in of for of in of_trees)]
+        columns = [tree_facts(pane.tree) for pane in self.panes]
+        rows = [[name, *(column[name] for column in columns)] for name in columns[0]]
         return Table(["tree", *(pane.name for pane in self.panes)], rows).html()
 
-    def lines(self) -> str:
-        """Draw the lines; return how many are shown and what their colours mean, as HTML."""
+    def lines(self) -> tuple[str, str]:
+        """Draw the lines; return how many are shown, and what their colours mean, as HTML."""
         with self.stage.atomic():
             said = [pane.draw_lines(self.stage, self.choices) for pane in self.shown]
-        parts = [paragraph(said[0][0])]
+        parts = []
         for pane, (_, legend) in zip(self.shown, said, strict=True):
             of_tree = len(said) > 1 and said[0][1].title == legend.title and legend.bar is not None
             parts.append((paragraph(pane.name, "note") if of_tree else "") + legend_html(legend))
-        return "".join(dict.fromkeys(parts))
+        return paragraph(said[0][0]), "".join(dict.fromkeys(parts))
 
     def level(self) -> str:
         """Draw the boxes and planes of the level; return what is shown, as HTML."""
@@ -110,11 +113,17 @@ class Drawing:
             pane.shoot(self.choices)
         return max((len(pane.way.nodes) for pane in self.panes if pane.way is not None), default=0)
 
+    @property
+    def has_way(self) -> bool:
+        """Whether a ray has been shot."""
+        return self.panes[0].way is not None
+
     def way(self) -> str:
         """Draw the ray and its way; return what it costs and what it hits, as HTML."""
         with self.stage.atomic():
             for pane in self.shown:
                 pane.draw_way(self.stage, self.choices)
+        self.stage.flush()
         ways = [(pane, pane.way) for pane in self.panes if pane.way is not None]
         if not ways:
             return ""
@@ -154,6 +163,25 @@ class Drawing:
         if not len(found):
             raise InputError("no line is near that place; click nearer to one, or enter the number of a node")
         return index, int(found[-1])
+
+
+def tree_facts(tree: TreeData) -> dict[str, str]:
+    """Return figures of a tree that fit beside those of another.
+
+    Examples
+    --------
+    >>> import fastlines as fl
+    >>> tree_facts(fl.build([[[-1, -1, -1], [1, 1, 1]]], "kd-d2"))["nodes, levels"]
+    '1, 1'
+    """
+    stats = tree.stats()
+    per_prim = f", {stats['refs_per_prim']:.3g} a primitive" if stats["n_refs"] != stats["n_prims"] else ""
+    return {
+        "nodes, levels": f"{stats['n_nodes']:,}, {stats['depth'] + 1}",
+        "references": f"{stats['n_refs']:,}{per_prim}",
+        "in a leaf": f"{stats['mean_leaf_refs']:.3g}, {stats['largest_leaf_refs']:,} at most",
+        "cost": f"{stats['cost']:,.6g}",
+    }
 
 
 def _axes_of_view(pane: Pane) -> tuple[Float64Array, tuple[tuple[float, float, float], tuple[float, float, float]]]:

@@ -16,7 +16,7 @@ from .scene_frame import SceneFrame
 from .server import start_server, stop_server
 from .shot import vector_text
 from .stage import Stage
-from .tables import STYLE, block, heading, paragraph
+from .tables import STYLE, block, paragraph
 from .thinning import MAX_EXPORTED
 
 #: The endings of pages.
@@ -40,15 +40,14 @@ def page_html(panes: Sequence[Pane], choices: Choices) -> str:
             replace(choices),
         )
         drawing.arrange()
-        shown = [drawing.lines(), drawing.level(), drawing.path(), drawing.way()]
+        caption, legend = drawing.lines()
+        level, path, way = drawing.level(), drawing.path(), drawing.way()
         ray = choices.ray
         asked = ""
         if ray is not None:
             both = f"origin {vector_text(ray.origin)}; direction {vector_text(ray.direction)}"
             asked = paragraph(f"{both}; radius {choices.radius:g}")
-        titles = ("Lines", f"Level {choices.level}", "Picked node", "Ray")
-        parts = [heading(title) * (title == "Lines") + text for title, text in zip(titles, shown, strict=True)]
-        texts = block(drawing.facts(), *parts[:3], asked, parts[3])
+        texts = block(drawing.facts(), caption, legend, level, path, asked, way)
         scene = server.scene.as_html(dark_mode=True)
     finally:
         stop_server(server)

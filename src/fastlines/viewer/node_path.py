@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
+from ..arrays import IntArray
 from ..geometry.any_geometry import AnyGeometry
 from ..geometry.hit_places import Float64Array
 from ..inspection.outline import Outline
 from ..rendering.card.sketch import spaced_rows
 from ..support.distinct import distinct
-from ..support.texts import counted, number_text
+from ..support.texts import counted
 from .strokes import strokes_of_prims
 from .tables import Table
 
@@ -18,7 +21,7 @@ MAX_REFS = 20_000
 
 
 def path_table(outline: Outline, node: int) -> Table:
-    """Return a row for each node from the root to a node.
+    """Return a row for each node from the root to a node: the size of its box, and its share of the tree's cost.
 
     Examples
     --------
@@ -26,28 +29,39 @@ def path_table(outline: Outline, node: int) -> Table:
     >>> from fastlines.inspection import outline_of
     >>> tree = fl.build([[[0, 0, 0], [1, 1, 1]], [[8, 8, 8], [9, 9, 9]]], "bvh-cl", cost=fl.Cost(0.1))
     >>> path_table(outline_of(tree), 1).rows
-    [['0', '0', '9 × 9 × 9', '2', '100 %'], ['1', '1', '1 × 1 × 1', '1', '10.99 %']]
+    [['0', '0', '9 × 9 × 9', '2', '100 %'], ['1', '1', '1 × 1 × 1', '1', '11 %']]
     """
     share = outline.cost_below / outline.cost_below[0] if outline.cost_below[0] > 0 else np.ones(outline.n_nodes)
     rows = []
     for each in outline.path(node).tolist():
-        size = " × ".join(map(number_text, outline.boxes[each, 1] - outline.boxes[each, 0]))
+        size = " × ".join(f"{side:.3g}" for side in outline.boxes[each, 1] - outline.boxes[each, 0])
         rows.append(
-            [str(each), str(outline.level[each]), size, f"{outline.n_refs[each]:,}", f"{100 * share[each]:.4g} %"]
+            [str(each), str(outline.level[each]), size, f"{outline.n_refs[each]:,}", f"{100 * share[each]:.3g} %"]
         )
-    return Table(["node", "level", "size of the box", "references", "share of the cost"], rows)
+    return Table(["node", "level", "box", "references", "cost"], rows)
 
 
-def reference_strokes(geometry: AnyGeometry, outline: Outline, node: int, most: int = MAX_REFS) -> Float64Array:
-    """Return strokes for the references at or below a node, (n, 2, 3): of cut lines, the pieces only."""
-    refs = np.arange(len(outline.prims))[outline.refs_of(node)]
+def reference_strokes(
+    geometry: AnyGeometry, outline: Outline, nodes: Sequence[int] | IntArray, most: int = MAX_REFS
+) -> Float64Array:
+    """Return strokes for the references at or below some nodes, (n, 2, 3): of cut lines, the pieces only.
+
+    Examples
+    --------
+    >>> import fastlines as fl
+    >>> from fastlines.inspection import outline_of
+    >>> tree = fl.build([[[0, 0, 0], [1, 1, 1]], [[8, 8, 8], [9, 9, 9]]], "bvh-cl", cost=fl.Cost(0.1))
+    >>> reference_strokes(tree.geometry, outline_of(tree), [2]).tolist()
+    [[[8.0, 8.0, 8.0], [9.0, 9.0, 9.0]]]
+    """
+    every = np.arange(len(outline.prims))
+    refs = np.concatenate([every[:0], *(every[outline.refs_of(node)] for node in nodes)])
     refs = refs[spaced_rows(len(refs), most)]
     rows, spans = outline.prims[refs], np.clip(outline.spans[refs], 0, 1)
     found, first = [np.empty((0, 2, 3))], 0
     for part in geometry.each_part():
-        n_rows = len(part.owner)
-        here = (first <= rows) & (rows < first + n_rows)
-        of_part, first = rows[here] - first, first + n_rows
+        here = (first <= rows) & (rows < first + len(part.owner))
+        of_part, first = rows[here] - first, first + len(part.owner)
         axes = part.thick_axes() if part.has_directions else None
         if axes is None:
             found.append(strokes_of_prims(part, distinct(part.owner[of_part])))

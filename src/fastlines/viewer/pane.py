@@ -9,18 +9,21 @@ import numpy as np
 from ..inspection.outline import Outline, outline_of
 from ..inspection.traversal import Traversal, trace_ray
 from ..rendering.color.palette import hexadecimal, mapped
+from ..support.distinct import distinct
 from ..tree import Tree
-from .choices import Choices
+from .choices import ALL, NONE, TESTED, Choices
 from .line_colors import LineLegend, line_colors
 from .node_boxes import box_edges, level_boxes, split_planes
 from .node_path import reference_strokes
 from .shot import MAX_POINTS, MAX_VISITED, ray_ends
 from .stage import Stage
-from .strokes import Strokes, strokes_of
+from .strokes import Strokes, strokes_of, strokes_of_prims
 from .thinning import MAX_SHOWN
 
 #: Colours, linear: of references of the picked node, of its path, of the ray, of hits, and of the node of a step.
 REFS, PATH, RAY, HIT, NOW = map(hexadecimal, ("#ffd54a", "#ffffff", "#ff5a5a", "#ff9d2e", "#ffffff"))
+#: The colour of references that the ray tests, and the brightness of the boxes of the level behind its way.
+TEST, BEHIND = hexadecimal("#5f86b8"), 0.3
 #: The colour of split planes, as sRGB, and how much they hide.
 PLANE, OPACITY = (80, 150, 255), 0.16
 #: Widths in pixels: of boxes of inner nodes and of leaves, of what is picked, and of the ray.
@@ -73,19 +76,24 @@ class Pane:
             self._drawn = key, strokes_of(self.tree.geometry, self.most, choices.slab(stage.frame))
         strokes = self._drawn[1]
         colors, legend = line_colors(choices.color, strokes, self.tree.geometry, self.outline)
-        stage.strokes(f"{self.group}/lines", strokes.ends, choices.brightness * colors, choices.width)
+        shown = len(strokes.ends) if choices.lines == ALL or self.way is None else 0
+        ends, light = strokes.ends[:shown], choices.brightness * colors[:shown]
+        stage.strokes(f"{self.group}/lines", ends, light, choices.width)
         return strokes.caption, legend
 
     def draw_level(self, stage: Stage, choices: Choices) -> list[str]:
         """Draw the boxes and the split planes of a level; return what is shown."""
         captions = []
-        boxes, colors = np.empty((0, 2, 3)), np.empty((0, 3))
+        boxes, colors = np.empty((0, 2, 3)), np.empty((0, 3), np.float32)
         if choices.boxes:
             shown = level_boxes(self.outline, choices.level)
             boxes, colors = self.outline.boxes[shown.nodes], shown.colors
             captions.append(shown.caption)
         few = len(boxes) <= 64
-        stage.strokes(f"{self.group}/level", box_edges(boxes), np.repeat(colors, 12, axis=0), 2.0 if few else THIN)
+        bright = 1.0 if self.way is None else BEHIND
+        stage.strokes(
+            f"{self.group}/level", box_edges(boxes), np.repeat(bright * colors, 12, axis=0), 2.0 if few else THIN
+        )
         quads = np.empty((0, 4, 3))
         if choices.planes:
             quads, text = split_planes(self.outline, choices.level)
@@ -99,7 +107,7 @@ class Pane:
         """Draw the boxes from the root to the picked node, and its references."""
         node = choices.node[1] if choices.node is not None and choices.node[0] == index else None
         path = np.empty(0, np.int64) if node is None else self.outline.path(node)
-        refs = np.empty((0, 2, 3)) if node is None else reference_strokes(self.tree.geometry, self.outline, node)
+        refs = np.empty((0, 2, 3)) if node is None else reference_strokes(self.tree.geometry, self.outline, [node])
         faint = np.linspace(0.15, 1.0, max(1, len(path)))[:, None] * PATH
         edges = box_edges(self.outline.boxes[path])
         stage.strokes(f"{self.group}/path", edges, np.repeat(faint[: len(path)], 12, axis=0), THICK)
@@ -118,6 +126,12 @@ class Pane:
         stage.strokes(f"{group}/ray", np.empty((0, 2, 3)) if ends is None else ends[None] - offset, RAY, WAY)
         points = way.hits.points()[:MAX_POINTS] - offset
         stage.points(f"{group}/hits", points, HIT)
+        geometry = self.tree.geometry
+        prims = distinct(geometry.number(way.hits.part, way.hits.prim))[:MAX_POINTS]
+        hit = strokes_of_prims(geometry, prims) if choices.lines != NONE else np.empty((0, 2, 3))
+        stage.strokes(f"{group}/hit", hit, HIT, PICKED)
+        leaves = way.nodes[way.is_leaf] if choices.lines == TESTED else way.nodes[:0]
+        stage.strokes(f"{group}/tested", reference_strokes(geometry, self.outline, leaves), TEST, choices.width)
         self._draw_visited(stage, way, choices.step, group)
 
     def _draw_visited(self, stage: Stage, way: Traversal, step: int, group: str) -> None:

@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 import threading
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 from ..errors import FastlinesError
-from .choices import CLICKS, UNCUT, Choices
+from .choices import CLICKS, LINES, UNCUT, Choices
 from .line_colors import color_names
 from .pane import Pane
 from .shot import Ray, read_vector, vector_text
@@ -17,7 +18,7 @@ from .tables import STYLE, block, paragraph
 #: The width of the panel in pixels.
 WIDTH = 400.0
 #: The radius slider spans so many powers of ten below the size of the scene, and ends at this fraction of the size.
-DECADES, LARGEST = 5.0, 0.1
+DECADES, LARGEST = 5.0, 0.05
 #: What a ray may be asked for.
 QUERIES = "all hits", "the first hit"
 
@@ -33,8 +34,7 @@ class Panel:
     size : float
         The longest side of the scene.
     order : callable
-        Takes what is to be redrawn: "lines", "level", "path", "ray", "radius", "step", "side"; or an action: "screenshot",
-        "export", with the browser that wants it.
+        Takes what has changed, or what is to be done, as `Viewer` names it, and the browser that wants it.
     """
 
     def __init__(
@@ -47,6 +47,7 @@ class Panel:
         gui.main_panel.dock_right()
         gui.main_panel.set_width(WIDTH)
         self.facts = gui.add_html(STYLE)
+        self.caption = gui.add_html("")
         self._add_click()
         self.note = gui.add_html("")
         tabs = gui.add_tab_group()
@@ -86,6 +87,8 @@ class Panel:
     def _add_click(self) -> None:
         click = self._gui.add_dropdown("A click", CLICKS, initial_value=self.choices.click)
         self._on(click, "nothing", self._set("click"))
+        lines = self._gui.add_dropdown("Lines shown", LINES, initial_value=self.choices.lines)
+        self._on(lines, "shown", self._set("lines"))
         if len(self._panes) > 1:
             names = [*(pane.name for pane in self._panes), "both, side by side"]
             sides = self._gui.add_dropdown("Tree shown", names, initial_value=names[self.choices.side])
@@ -99,10 +102,9 @@ class Panel:
         self._on(bright, "lines", self._set("brightness"))
         width = gui.add_slider("Width in pixels", 0.5, 6.0, 0.5, choices.width)
         self._on(width, "lines", self._set("width"))
-        self._cuts = []
         for axis in range(3):
             cut = gui.add_multi_slider(f"Cut {'xyz'[axis]}", 0.0, 1.0, 0.01, choices.cut[axis])
-            self._cuts.append(self._on(cut, "lines", lambda value, axis=axis: self._cut(axis, value)))
+            self._on(cut, "lines", partial(self._cut, axis))
         self.lines = gui.add_html("")
 
     def _cut(self, axis: int, value: tuple[float, float]) -> None:

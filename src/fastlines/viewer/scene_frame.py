@@ -70,4 +70,4 @@ class SceneFrame:
 
     def to_given(self, place: Vector | Float64Array) -> Float64Array:
         """Return the point, in the coordinates of rays and files, of a place on the page."""
-        return np.asarray(place, np.float64) / self.scale + self.box.mean(axis=0) + self.offset
+        return np.asarray(np.asarray(place, np.float64) / self.scale + self.box.mean(axis=0) + self.offset)

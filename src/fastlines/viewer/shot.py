@@ -100,7 +100,7 @@ def hit_table(hits: AllHits, most: int = MAX_LISTED) -> Table:
     if geometry is not None and geometry.n_strands:
         columns["strand"] = [str(strand) if strand >= 0 else "–" for strand in hits.strand[:n]]
     columns["t"] = [f"{t:.6g}" for t in hits.t[:n]]
-    columns["distance"] = [f"{distance:.6g}" for distance in hits.distance[:n]]
+    columns["distance"] = [f"{distance:.4g}" for distance in hits.distance[:n]]
     names = () if geometry is None or not n else numeric_attributes(geometry)[:MAX_ATTRIBUTES]
     for name in names:
         values = np.asarray(hits.sample(name), np.float64)[:n]
@@ -142,7 +142,9 @@ def step_text(way: Traversal, outline: Outline, step: int) -> str:
 
 
 def ray_ends(ray: Ray, box: Float64Array, stop: float | None = None) -> Float64Array | None:
-    """Return the part of a ray that is drawn, (2, 3), from near a box to beyond it, or to t = `stop`; None if it misses.
+    """Return the part of a ray that is drawn, (2, 3): from near a box to beyond it, or to t = `stop`.
+
+    It is None for a ray that misses the box.
 
     Examples
     --------

@@ -36,6 +36,10 @@ class Stage:
         """Return a context whose changes appear at once."""
         return self._server.atomic()
 
+    def flush(self) -> None:
+        """Send what has been drawn at once, as a slider that moves wants it."""
+        self._server.flush()
+
     def place(self, name: str, at: Float64Array) -> None:
         """Put a group of names, such as "/0", at a place of the page."""
         place = tuple(at.tolist())
@@ -93,7 +97,7 @@ class Stage:
     def label(self, name: str, text: str, at: Float64Array) -> None:
         """Write a text at a point."""
         place = tuple(self.frame.to_page(at).tolist())
-        self._shown[name] = self._scene.add_label(name, text, position=place, anchor="bottom-left")
+        self._shown[name] = self._scene.add_label(name, text, position=place, anchor="bottom-center")
 
     def hide(self, name: str) -> None:
         """Take away what has a name, and all whose names begin with it and a slash."""

@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 
-from ..arrays import FloatArray, IntArray
+from ..arrays import AnyArray, FloatArray, IntArray
 from ..geometry.any_geometry import AnyGeometry
 from ..geometry.hit_places import Float64Array
 from ..support.distinct import distinct, is_among
 from ..support.texts import counted
 from .thinning import MAX_SHOWN, thinned_rows
 
+#: The ends, the primitives, the places and the radii of strokes.
+Columns: TypeAlias = tuple[FloatArray, IntArray, FloatArray, FloatArray]
 #: The chords of each of the three circles that draw a sphere.
 CHORDS = 16
 
@@ -74,8 +77,7 @@ def strokes_of(geometry: AnyGeometry, most: int = MAX_SHOWN, slab: Float64Array 
     (48, 2, 3)
     """
     parts, n_prims = geometry.each_part(), len(geometry)
-    columns = [_nothing()]
-    n_shown, n_cut, first = 0, 0, 0
+    columns, n_shown, n_cut, first = [_nothing()], 0, 0, 0
     for part in parts:
         rows = None
         if slab is not None and (axes := part.thick_axes()) is not None:
@@ -94,14 +96,18 @@ def strokes_of(geometry: AnyGeometry, most: int = MAX_SHOWN, slab: Float64Array 
         n_shown += len(chosen)
         columns.append((ends, of_rows + first, places, radii))
         first += len(part)
-    arrays = [np.concatenate(arrays) for arrays in zip(*columns, strict=True)]
     noun = "primitives" if geometry.has_parts else geometry.noun
-    return Strokes(*arrays, n_shown, n_cut, n_prims, noun)
+    return Strokes(*_joined(columns), n_shown, n_cut, n_prims, noun)
 
 
-def strokes_of_prims(part: AnyGeometry, rows: IntArray) -> Float64Array:
-    """Return strokes that draw some primitives of a container, (n, 2, 3)."""
-    return _strokes(part, rows)[0].astype(np.float64)
+def strokes_of_prims(geometry: AnyGeometry, prims: IntArray) -> Float64Array:
+    """Return strokes that draw some primitives, which are counted over all parts, (n, 2, 3)."""
+    found, first = [np.empty((0, 2, 3))], 0
+    for part in geometry.each_part():
+        here = (first <= prims) & (prims < first + len(part))
+        found.append(_strokes(part, prims[here] - first)[0].astype(np.float64))
+        first += len(part)
+    return np.concatenate(found)
 
 
 def _strokes_each(part: AnyGeometry) -> int:
@@ -109,7 +115,7 @@ def _strokes_each(part: AnyGeometry) -> int:
     return max(1, len(_strokes(part, np.arange(min(1, len(part))))[0]))
 
 
-def _strokes(part: AnyGeometry, rows: IntArray) -> tuple[FloatArray, IntArray, FloatArray, FloatArray]:
+def _strokes(part: AnyGeometry, rows: IntArray) -> Columns:
     """Return the ends, the primitives, the places and the radii of strokes that draw some primitives of a part."""
     columns = [_nothing()]
     for shapes in part.drawn(rows) if len(rows) else ():
@@ -132,15 +138,19 @@ def _strokes(part: AnyGeometry, rows: IntArray) -> tuple[FloatArray, IntArray, F
             columns.append(
                 _column(corners, of_rows, np.tile(np.stack([u[:-1], u[1:]], axis=1), (len(owners), 1)), radii)
             )
-    ends, of_rows, places, radii = (np.concatenate(arrays) for arrays in zip(*columns, strict=True))
-    return ends, of_rows, places, radii
+    return _joined(columns)
 
 
-def _column(ends: Float64Array, rows: IntArray, places: Float64Array, radii: Float64Array) -> tuple[FloatArray, ...]:
-    return ends.astype(np.float32), rows, places.astype(np.float32), radii.astype(np.float32)  # type: ignore[return-value]
+def _column(ends: Float64Array, rows: IntArray, places: AnyArray, radii: Float64Array) -> Columns:
+    return ends.astype(np.float32), rows, places.astype(np.float32), radii.astype(np.float32)
 
 
-def _nothing() -> tuple[FloatArray, ...]:
+def _joined(columns: list[Columns]) -> Columns:
+    ends, rows, places, radii = zip(*columns, strict=True)
+    return np.concatenate(ends), np.concatenate(rows), np.concatenate(places), np.concatenate(radii)
+
+
+def _nothing() -> Columns:
     return _column(np.empty((0, 2, 3)), np.empty(0, np.int64), np.empty((0, 2)), np.empty((0, 2)))
 
 

@@ -15,10 +15,10 @@ from .line_colors import LineLegend
 #: The style of all that the viewer writes, once a page.
 STYLE = (
     "<style>"
-    ".fl{font-size:12px;line-height:1.45;padding:2px 10px}"
+    ".fl{font-size:11.5px;line-height:1.45;padding:2px 10px}"
     ".fl table{border-collapse:collapse;width:100%;font-variant-numeric:tabular-nums}"
-    ".fl th{font-weight:600;text-align:right;opacity:.65;padding:1px 4px;border-bottom:1px solid #8886;vertical-align:bottom}"
-    ".fl td{text-align:right;padding:1px 4px;white-space:nowrap}"
+    ".fl th{font-weight:600;text-align:right;opacity:.65;padding:1px 3px;border-bottom:1px solid #8886}"
+    ".fl td{text-align:right;padding:1px 3px;white-space:nowrap}"
     ".fl td:first-child,.fl th:first-child{text-align:left}"
     ".fl h4{margin:6px 0 2px;font-size:12px}"
     ".fl p{margin:2px 0}"

@@ -39,4 +39,4 @@ def shown_for(light: npt.NDArray[np.uint8]) -> FloatArray:
     """Return the colours that the page shows for bytes of light, linear, (…, 3) float32."""
     v = light / 255 @ _IN.T * _EXPOSURE
     y = (v * (v + 0.0245786) - 0.000090537) / (v * (0.983729 * v + 0.4329510) + 0.238081)
-    return np.clip(y @ _OUT.T, 0, 1).astype(np.float32)
+    return np.asarray(np.clip(y @ _OUT.T, 0, 1), np.float32)

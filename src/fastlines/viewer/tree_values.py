@@ -30,14 +30,15 @@ def tree_values(outline: Outline, geometry: AnyGeometry, name: str) -> Float64Ar
     leaves = np.flatnonzero(outline.is_leaf & (outline.n_refs > 0))
     leaves = leaves[np.argsort(outline.first_ref[leaves], kind="stable")]
     n_refs = outline.n_refs[leaves]
-    of_leaves = {
-        "depth": lambda: outline.level[leaves].astype(np.float64),
-        "leaf size": lambda: n_refs.astype(np.float64),
-        "cost": lambda: len(geometry) * outline.own_cost[leaves] / (n_refs * outline.own_cost[leaves].sum()),
-    }[name]()
+    if name == "depth":
+        of_leaves = outline.level[leaves].astype(np.float64)
+    elif name == "leaf size":
+        of_leaves = n_refs.astype(np.float64)
+    else:
+        of_leaves = len(geometry) * outline.own_cost[leaves] / (n_refs * outline.own_cost[leaves].sum())
     prims = geometry.owner[outline.prims]
     total = np.bincount(prims, np.repeat(of_leaves, n_refs), minlength=len(geometry))
     if name == "cost":
         return np.asarray(total, np.float64)
     count = np.bincount(prims, minlength=len(geometry))
-    return np.divide(total, count, out=np.full(len(geometry), np.nan), where=count > 0)
+    return np.asarray(np.divide(total, count, out=np.full(len(geometry), np.nan), where=count > 0))

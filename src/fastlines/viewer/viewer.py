@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import atexit
 import contextlib
 import io
 import os
@@ -62,6 +63,7 @@ class Viewer:
         self.port = int(self._server.get_port())
         self.url = f"http://{HOST}:{self.port}"
         self._is_open = True
+        atexit.register(self.close)  # before viser's own, which is not silent
         self._worker = Latest(self._failed)
         try:
             self._drawing = Drawing(Stage(self._server, frame), panes, choices)
@@ -93,6 +95,7 @@ class Viewer:
         """End the server; a closed viewer stays closed."""
         if self._is_open:
             self._is_open = False
+            atexit.unregister(self.close)
             self._worker.close()
             stop_server(self._server)
 
@@ -129,7 +132,8 @@ class Viewer:
         if radius is not None:
             self.choices.radius = float(radius)
         if query is not None:
-            self.choices.query = choice("query", query, QUERIES)
+            choice("query", query, QUERIES)
+            self.choices.query = query
         self._order("ray", None)
 
     def pick(self, node: int | None) -> None:
@@ -169,6 +173,7 @@ class Viewer:
             "ray": self._shoot,
             "radius": self._follow,
             "step": self._draw_way,
+            "shown": self._draw_shown,
             "side": self._redraw_all,
             "screenshot": lambda: self._screenshot(client),
             "export": lambda: self._export(client),
@@ -185,7 +190,8 @@ class Viewer:
         self._shoot()
 
     def _draw_lines(self) -> None:
-        self._panel.lines.content = block(self._drawing.lines())
+        caption, legend = self._drawing.lines()
+        self._panel.caption.content, self._panel.lines.content = block(caption), block(legend)
 
     def _draw_level(self) -> None:
         self._panel.level.content = block(self._drawing.level())
@@ -201,7 +207,16 @@ class Viewer:
         self._follow()
 
     def _follow(self) -> None:
+        had_way = self._drawing.has_way
         self._panel.show_steps(self._drawing.shoot())
+        if had_way != self._drawing.has_way:
+            # Lines and boxes give way to the ray, and come back without it.
+            self._draw_lines()
+            self._draw_level()
+        self._draw_way()
+
+    def _draw_shown(self) -> None:
+        self._draw_lines()
         self._draw_way()
 
     def _draw_way(self) -> None:
@@ -247,6 +262,8 @@ class Viewer:
             return
         is_known = isinstance(error, FastlinesError | MemoryError)
         text = str(error) if is_known else f"{type(error).__name__}: {error}"
+        if _is_gone(error):
+            text = "the browser that asked for a picture has gone away, or takes too long"
         with contextlib.suppress(Exception):  # whoever asked may be gone
             self._panel.say(text, "error")
         if not is_known and not _is_gone(error):
@@ -269,7 +286,7 @@ def make_ray(tree: Tree, origin: npt.ArrayLike, direction: npt.ArrayLike, radius
     given = [np.asarray(values) for values in (origin, direction)]
     if any(values.shape != (3,) for values in given):
         raise InputError(f"origin={origin!r}, direction={direction!r}; expected three numbers each")
-    tree.any_hit(*given, radius)
+    tree.any_hit(given[0], given[1], radius)
     (x, y, z), (dx, dy, dz) = (values.astype(np.float64).tolist() for values in given)
     return Ray((x, y, z), (dx, dy, dz))
 
