@@ -21,10 +21,10 @@ CHROMIUM = os.environ.get("CHROMIUM") or shutil.which("chromium") or shutil.whic
 pytestmark = [pytest.mark.slow, pytest.mark.skipif(CHROMIUM is None, reason="there is no Chromium")]
 
 #: WebGL by software, and nothing that Chromium itself would ask of the network.
-ARGUMENTS = (
-    "--no-sandbox --disable-gpu-sandbox --use-angle=swiftshader --enable-unsafe-swiftshader --no-first-run "
-    "--disable-background-networking --disable-component-update --disable-sync"
-).split()
+ARGUMENTS = [
+    *("--no-sandbox", "--disable-gpu-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"),
+    *("--no-first-run", "--disable-background-networking", "--disable-component-update", "--disable-sync"),
+]
 LINES = fl.scenes.make("spaghetti", 200).lines
 TREE = fl.build(LINES, "kd-d2")
 

@@ -79,7 +79,9 @@ def test_references_are_pieces_of_their_segments() -> None:
 
 
 def test_references_of_shapes_are_whole() -> None:
-    tree = fl.build(fl.Geometry([fl.Triangles([[[0, 0, 0], [1, 0, 0], [0, 1, 0]]]), fl.lines([[[0, 0, 0], [1, 1, 1]]])]))
+    tree = fl.build(
+        fl.Geometry([fl.Triangles([[[0, 0, 0], [1, 0, 0], [0, 1, 0]]]), fl.lines([[[0, 0, 0], [1, 1, 1]]])])
+    )
     assert len(reference_strokes(tree.geometry, outline_of(tree), [0])) == 4
 
 

@@ -16,7 +16,7 @@ BOX = np.array([[0.0, 0, 0], [1, 1, 1]])
 
 @pytest.mark.parametrize("text", ["", "1, 2", "1 2 3 4", "a, b, c", "1,,2"])
 def test_a_text_that_is_not_three_numbers(text: str) -> None:
-    with pytest.raises(fl.InputError, match="origin .* is not three numbers, such as"):
+    with pytest.raises(fl.InputError, match=r"origin .* is not three numbers, such as"):
         read_vector(text, "origin")
 
 

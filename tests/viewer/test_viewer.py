@@ -197,7 +197,9 @@ def test_large_coordinates_are_shown_near_zero_and_told_as_they_are(tmp_path: Pa
         fl.lines([[[1, 2, 3], [1, 2, 3]]]),  # a point
         fl.lines([[[0, 0, 0], [1e-8, 0, 0]]]),
         fl.lines([[[0, 0, 0], [1e8, 0, 0]]]),
-        fl.Geometry([fl.Triangles([[[0, 0, 0], [1, 0, 0], [0, 1, 0]]]), fl.Spheres.from_centres([[0, 0, 1]], radius=1)]),
+        fl.Geometry(
+            [fl.Triangles([[[0, 0, 0], [1, 0, 0], [0, 1, 0]]]), fl.Spheres.from_centres([[0, 0, 1]], radius=1)]
+        ),
         fl.Curves.from_bezier(np.random.default_rng(1).uniform(0, 1, (3, 4, 3)), radius=0.1),
     ],
     ids=["point", "tiny", "huge", "parts", "curves"],

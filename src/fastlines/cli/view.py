@@ -76,7 +76,7 @@ def view(
     from ..builder import build
     from ..tree import Tree
     from ..viewer.export import check_page_path, write_page
-    from ..viewer.server import PORTS, viser
+    from ..viewer.server import PORTS, free_port, viser
     from ..viewer.shot import read_vector
     from ..viewer.viewer import Viewer, first_choices, make_panes, make_ray
 
@@ -87,6 +87,8 @@ def view(
     if export is not None:
         refuse_given({"--port": port, "--open": open_page or None}, "--export serves nothing")
         check_page_path(export)
+    elif port is not None:
+        free_port(port)
     opened = open_lines(source, skip_invalid, format, option, own_radius)
     if isinstance(opened.tree, Tree):
         refuse_given({"--method": method}, f"{source} is a tree already")

@@ -17,6 +17,8 @@ CLICKS = (SHOOT, PICK, TURN)
 #: Which lines are shown.
 ALL, TESTED, HITS, NONE = "all", "those that the ray tests", "those that it hits", "none"
 LINES = (ALL, TESTED, HITS, NONE)
+#: The step after which the whole way of a ray is shown.
+ALL_STEPS = 2**31
 #: The cut planes that hide nothing, as fractions of the box.
 UNCUT = ((0.0, 1.0), (0.0, 1.0), (0.0, 1.0))
 
@@ -67,7 +69,7 @@ class Choices:
     ray: Ray | None = None
     radius: float = 0.0
     query: Literal["all", "first"] = "all"
-    step: int = 0
+    step: int = ALL_STEPS
     click: str = SHOOT
 
     def slab(self, frame: SceneFrame) -> Float64Array | None:

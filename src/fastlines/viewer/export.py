@@ -36,10 +36,11 @@ def page_html(panes: Sequence[Pane], choices: Choices) -> str:
     try:
         drawing = Drawing(
             Stage(server, SceneFrame.around(panes[0].tree)),
-            [replace(pane, most=min(pane.most, MAX_EXPORTED), way=pane.way) for pane in panes],
+            [replace(pane, most=min(pane.most, MAX_EXPORTED)) for pane in panes],
             replace(choices),
         )
         drawing.arrange()
+        drawing.shoot()
         caption, legend = drawing.lines()
         level, path, way = drawing.level(), drawing.path(), drawing.way()
         ray = choices.ray

@@ -29,7 +29,7 @@ def path_table(outline: Outline, node: int) -> Table:
     >>> from fastlines.inspection import outline_of
     >>> tree = fl.build([[[0, 0, 0], [1, 1, 1]], [[8, 8, 8], [9, 9, 9]]], "bvh-cl", cost=fl.Cost(0.1))
     >>> path_table(outline_of(tree), 1).rows
-    [['0', '0', '9 × 9 × 9', '2', '100 %'], ['1', '1', '1 × 1 × 1', '1', '11 %']]
+    [['0', '0', '9 × 9 × 9', '2', '100 %'], ['1', '1', '1 × 1 × 1', '1', '9.9 %']]
     """
     share = outline.cost_below / outline.cost_below[0] if outline.cost_below[0] > 0 else np.ones(outline.n_nodes)
     rows = []

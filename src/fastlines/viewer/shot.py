@@ -89,7 +89,7 @@ def hit_table(hits: AllHits, most: int = MAX_LISTED) -> Table:
     >>> import fastlines as fl
     >>> tree = fl.build([[[0, 0, 0], [1, 1, 1]], [[0, 0, 8], [1, 1, 9]]])
     >>> hit_table(tree.all_hits([[0.5, 0.5, -5]], [[0, 0, 1]], 0.1)).rows
-    [['1', '0', '5.5', '0'], ['2', '1', '13.5', '0']]
+    [['1', '0', '0', '5.5', '0'], ['2', '1', '1', '13.5', '0']]
     """
     geometry = hits.geometry
     n = min(len(hits), most)

@@ -72,7 +72,7 @@ def strokes_of(geometry: AnyGeometry, most: int = MAX_SHOWN, slab: Float64Array 
     --------
     >>> import fastlines as fl
     >>> strokes_of(fl.scenes.make("spaghetti", 50_000).lines, 1000).caption
-    '992 of 50,000 segments are shown; queries use all'
+    '1,000 of 50,000 segments are shown; queries use all'
     >>> strokes_of(fl.Spheres.from_centres([[0, 0, 0]], radius=1)).ends.shape
     (48, 2, 3)
     """
