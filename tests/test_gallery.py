@@ -1,0 +1,75 @@
+"""Small versions of the gallery's pictures: its commands and its Python run, and write the same picture."""
+
+from __future__ import annotations
+
+import re
+import shlex
+from functools import partial
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from PIL import Image
+from support.command_line import done
+
+import fastlines as fl
+
+ROOT = Path(__file__).parents[1]
+PAGE = (ROOT / "docs" / "gallery.md").read_text(encoding="utf-8")
+#: Of each picture: its command, and its Python, if it has any.
+CODE = [
+    (command, python)
+    for command, python in re.findall(r"```sh\n(.*?)\n```\n(?:\n```python\n(.*?)```\n)?:::\n", PAGE, re.DOTALL)
+]
+SIZE = {"width": 24, "height": 16}
+PASSES = {"passes": 1}
+#: How many segments stand for a scene, and for a file that is not in the repository.
+FEW = 60
+
+
+def small(command: str) -> list[str]:
+    """Return the arguments of a command, with a small picture of few lines in place of its own."""
+    name, what, *options = shlex.split(command)[1:]
+    if name == "beams":
+        options += ["--passes", "1"]
+    else:
+        options += ["--samples", "1"]
+        what = what if what.startswith("scene:") else "scene:bun-hair"
+        what = what if what.count(":") == 2 else f"{what}:{FEW}"
+    return [name, what, *options, *(text for key in SIZE for text in (f"--{key}", str(SIZE[key])))]
+
+
+@pytest.fixture
+def small_fl() -> Any:
+    """Return a stand-in for the package, which makes small pictures of few lines."""
+    make = fl.scenes.make
+    few = SimpleNamespace(make=lambda name, n_segments=FEW: make(name, n_segments))
+    beams = SimpleNamespace(render=partial(fl.beams.render, **SIZE, **PASSES), example=fl.beams.example)
+    read = lambda path: make("bun-hair", FEW).lines  # noqa: E731
+    return SimpleNamespace(render=partial(fl.render, **SIZE, samples=1), scenes=few, beams=beams, read=read)
+
+
+def test_all_pictures_have_code() -> None:
+    shown = re.findall(r"\]\(images/gallery/(.+?)\.jpg\)", PAGE)
+    assert len(shown) == len(CODE) > 20
+    assert sum(bool(python) for _, python in CODE) > 15
+
+
+@pytest.mark.parametrize(("command", "python"), CODE, ids=[command for command, _ in CODE])
+def test_code_of_a_picture(
+    command: str, python: str, small_fl: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    if command.startswith("python "):  # tests/test_examples.py runs it
+        assert (ROOT / command.split()[1]).is_file()
+        return
+    arguments = small(command)
+    done(*arguments)
+    name = arguments[arguments.index("-o") + 1]
+    if python:
+        by_command = np.asarray(Image.open(name))
+        Path(name).unlink()
+        exec(python, {"fl": small_fl})
+        assert np.array_equal(np.asarray(Image.open(name)), by_command)
