@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -24,6 +25,8 @@ from .tables import Table, heading, legend_html, paragraph
 GAP = 0.15
 #: The aspect ratio of the part of the page that is not the panel.
 ASPECT = 1.1
+#: How much farther away the camera is than the lines need, so that boxes around them are seen.
+BACK = 1.1
 
 
 class Drawing:
@@ -50,17 +53,20 @@ class Drawing:
         """Put the trees that are shown beside each other, and choose the camera that frames them."""
         for pane in self.panes:
             self.stage.hide(pane.group)
-        low, high = self.stage.frame.to_page(self.stage.frame.box)
-        corners = []
         for pane, place in self._places():
             self.stage.place(pane.group, place)
-            corners += [low + place, high + place]
             if len(self.shown) > 1:
                 self.stage.label(f"{pane.group}/name", pane.name, self._top())
-        bits = (np.arange(8)[:, None] >> np.arange(3)) & 1
-        box = np.stack([np.min(corners, axis=0), np.max(corners, axis=0)])
-        direction, up = self._view
-        self.stage.look(Camera.framing(box[bits, np.arange(3)], direction, up, aspect=ASPECT))
+        camera = Camera.framing(self._outermost(), *self._view, aspect=ASPECT)
+        x, y, z = (camera.target + BACK * np.subtract(camera.origin, camera.target)).tolist()
+        self.stage.look(replace(camera, origin=(x, y, z)))
+
+    def _outermost(self) -> Float64Array:
+        """Return points of the page that are to be in the first view: those of lines, or of the box without any."""
+        frame = self.stage.frame
+        ends = self.panes[0].strokes(self.stage, self.choices).ends.reshape(-1, 3)
+        points = frame.to_page(ends if len(ends) else frame.box)
+        return np.concatenate([points + place for _, place in self._places()])
 
     def _top(self) -> Float64Array:
         """Return the middle of the side of the box of everything that is upwards in the first view."""

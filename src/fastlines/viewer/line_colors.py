@@ -113,8 +113,7 @@ def _values(
     unit_text = f" in {geometry.unit}" if geometry.unit else ""
     if name in TREE_VALUES:
         of_prims = tree_values(outline, geometry, name)
-        clipped = None if name == "depth" or not len(of_prims) else _hundredths(of_prims)
-        return np.stack([of_prims[strokes.prims]] * 2, axis=1), f"{name}: {TREE_VALUES[name]}", clipped
+        return np.stack([of_prims[strokes.prims]] * 2, axis=1), f"{name}: {TREE_VALUES[name]}", _hundredths(of_prims)
     if name == "radius":
         return strokes.radii.astype(np.float64), f"radius of the lines{unit_text}", None
     attribute = name.removeprefix(ATTRIBUTE)

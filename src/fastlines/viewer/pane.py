@@ -54,8 +54,8 @@ class Pane:
     group: str
     most: int = MAX_SHOWN
     way: Traversal | None = None
-    outline: Outline = field(init=False)
-    _drawn: tuple[object, Strokes] | None = field(init=False, default=None)
+    outline: Outline = field(init=False, repr=False)
+    _drawn: tuple[object, Strokes] | None = field(init=False, default=None, repr=False)
 
     def __post_init__(self) -> None:
         self.outline = outline_of(self.tree)
@@ -69,12 +69,16 @@ class Pane:
         asked = ray.origin, ray.direction, choices.radius
         self.way = trace_ray(self.tree, *asked, query=choices.query, outline=self.outline)
 
-    def draw_lines(self, stage: Stage, choices: Choices) -> tuple[str, LineLegend]:
-        """Draw the lines; return how many are shown, and what their colours mean."""
+    def strokes(self, stage: Stage, choices: Choices) -> Strokes:
+        """Return the strokes that draw the lines between the cut planes."""
         key = (self.most, choices.cut)
         if self._drawn is None or self._drawn[0] != key:
             self._drawn = key, strokes_of(self.tree.geometry, self.most, choices.slab(stage.frame))
-        strokes = self._drawn[1]
+        return self._drawn[1]
+
+    def draw_lines(self, stage: Stage, choices: Choices) -> tuple[str, LineLegend]:
+        """Draw the lines; return how many are shown, and what their colours mean."""
+        strokes = self.strokes(stage, choices)
         colors, legend = line_colors(choices.color, strokes, self.tree.geometry, self.outline)
         shown = len(strokes.ends) if choices.lines == ALL or self.way is None else 0
         ends, light = strokes.ends[:shown], choices.brightness * colors[:shown]

@@ -58,23 +58,23 @@ def _refusal(port: int) -> str | None:
     return None
 
 
-def start_server(port: int) -> Any:
-    """Start a server of viser on a port, without a word.
+def start_server(port: int | None) -> Any:
+    """Start a server of viser on a port as `free_port` chooses it, or on any port if it is 0; say nothing.
 
     Raises
     ------
     InputError
-        If somebody has taken the port meanwhile.
+        As in `free_port`.
     """
-    module = viser()
-    with _silent():
-        server = module.ViserServer(host=HOST, port=port, verbose=False)
-    # No page may publish the scene on a server elsewhere.
-    server.request_share_url = lambda verbose=True: None
-    if port and server.get_port() != port:
-        stop_server(server)
-        raise InputError(f"port {port} is in use; choose another one, or none to take a free one")
-    return server
+    while True:
+        wanted = port if port == 0 else free_port(port)
+        with _silent():
+            server = viser().ViserServer(host=HOST, port=wanted, verbose=False)
+        # No page may publish the scene on a server elsewhere.
+        server.request_share_url = lambda verbose=True: None
+        if wanted in (0, server.get_port()):
+            return server
+        stop_server(server)  # somebody has taken the port meanwhile
 
 
 def stop_server(server: Any) -> None:

@@ -26,7 +26,7 @@ from .line_colors import check_color
 from .pane import Pane
 from .panel import Panel
 from .scene_frame import SceneFrame
-from .server import HOST, free_port, start_server, stop_server
+from .server import HOST, start_server, stop_server
 from .shot import Ray
 from .stage import Stage
 from .tables import STYLE, block
@@ -59,7 +59,7 @@ class Viewer:
     def __init__(self, panes: list[Pane], choices: Choices, port: int | None) -> None:
         self.choices, self._panes = choices, panes
         frame = SceneFrame.around(panes[0].tree)
-        self._server = start_server(free_port(port))
+        self._server = start_server(port)
         self.port = int(self._server.get_port())
         self.url = f"http://{HOST}:{self.port}"
         self._is_open = True
