@@ -48,7 +48,7 @@ BAD = {
     "color": (lambda: fl.view(TREE, color="deph"), "did you mean 'depth'"),
     "level": (lambda: fl.view(TREE, level=99), "level=99; expected a whole number, 0 to"),
     "radius": (lambda: fl.view(TREE, radius=-1), "radius=-1"),
-    "port": (lambda: fl.view(TREE, port=0), "port=0; expected a whole number from 1 to 65535"),
+    "port": (lambda: fl.view(TREE, port=-1), "port=-1; expected a whole number from 1 to 65535"),
     "high port": (lambda: fl.view(TREE, port=70000), "port=70000"),
 }
 

@@ -67,7 +67,7 @@ def start_server(port: int | None) -> Any:
         As in `free_port`.
     """
     while True:
-        wanted = port if port == 0 else free_port(port)
+        wanted = 0 if port == 0 and port is not False else free_port(port)
         with _silent():
             server = viser().ViserServer(host=HOST, port=wanted, verbose=False)
         # No page may publish the scene on a server elsewhere.

@@ -26,7 +26,7 @@ from .line_colors import check_color
 from .pane import Pane
 from .panel import Panel
 from .scene_frame import SceneFrame
-from .server import HOST, start_server, stop_server
+from .server import HOST, start_server, stop_server, viser
 from .shot import Ray
 from .stage import Stage
 from .tables import STYLE, block
@@ -318,7 +318,7 @@ def view(
         How near to a ray lines are hit, until the page changes it; by default a little for lines without a radius of
         their own, and else 0.
     port : int, optional
-        By default the first free one from 8080 on.
+        By default the first free one from 8080 on; 0 takes any.
 
     Raises
     ------
@@ -336,6 +336,7 @@ def view(
     ...     viewer.shoot([0.5, 0.5, -1], [0, 0, 1], radius=0.01)
     ...     input(viewer.url)
     """
+    viser()  # before the work
     panes = make_panes(tree, against)
     return Viewer(panes, first_choices(panes, color, level, radius), port)
 
