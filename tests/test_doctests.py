@@ -35,6 +35,13 @@ PAGES = {
     for page in [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")), *sorted((ROOT / "docs/from").glob("*.md"))]
     if ">>>" in python_of(page)
 }
+#: The modules that need another package, or whose examples do.
+NEEDED = {
+    "fastlines.exchange.neurons": "navis",
+    "fastlines.exchange.tractograms": "nibabel",
+    "fastlines.geometry.mitsuba_shapes": "mitsuba",
+    "fastlines.mitsuba": "mitsuba",
+}
 #: The pages that compare answers with another package, and the modules that these blocks import.
 NEIGHBOURS = {
     "dipy": ["dipy"],
@@ -49,8 +56,9 @@ NEIGHBOURS = {
 
 @pytest.mark.parametrize("name", ["fastlines", *MODULES])
 def test_docstrings(name: str) -> None:
-    if name.startswith("fastlines.mitsuba"):
-        pytest.importorskip("mitsuba")
+    for start, package in NEEDED.items():
+        if name.startswith(start):
+            pytest.importorskip(package)
     failed, _ = doctest.testmod(importlib.import_module(name))
     assert failed == 0
 

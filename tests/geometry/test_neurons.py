@@ -94,6 +94,7 @@ def test_a_list_of_neurons() -> None:
     np.testing.assert_array_equal(lines.strands, [0, 0, 1, 2, 3, 4, 4, 5, 6, 7])
     check(lines[:5])
     assert lines.unit == "nm"
+    np.testing.assert_array_equal(fl.lines(neurons).attributes["neuron"], lines.attributes["neuron"])
     neurons[1].units = "1 mm"
     with pytest.warns(FileWarning, match="neurons differ in their units, 1 nanometer and 1 millimeter, and"):
         assert fl.lines(navis.NeuronList(neurons)).unit is None

@@ -59,8 +59,20 @@ def test_values_at_the_vertices_of_a_path() -> None:
     np.testing.assert_allclose(lines.radius, np.array(ENDS) / 10)
     np.testing.assert_array_equal(lines.end_attributes["heat"], ENDS)
     made.entities = [entities.Arc([0, 1, 2])]
-    with pytest.warns(FileWarning, match="vertex_attributes of a Path3D are not read, as not all points"):
+    with pytest.warns(FileWarning, match="vertex_attributes of a Path3D are not read; they are where"):
         assert fl.lines(made).radius is None
+
+
+def test_odd_entities() -> None:
+    path = pytest.importorskip("trimesh.path")
+    entities = pytest.importorskip("trimesh.path.entities")
+    made = path.Path3D([entities.Text(0, "here"), entities.Line([0, 1])], POINTS, process=False)
+    with pytest.warns(FileWarning, match="entities of a Path3D without a line are not read: 1 Text"):
+        lines = fl.lines(made)
+    np.testing.assert_array_equal(lines.strands, [1])
+    for points in ([0, 9], [-1, 2]):
+        with pytest.raises(InputError, match="a Path3D: entity 0 names vertices beyond the 7 that there are"):
+            fl.lines(path.Path3D([entities.Line(points)], POINTS, process=False))
 
 
 def test_a_mesh_is_no_path() -> None:

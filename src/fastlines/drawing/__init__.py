@@ -16,4 +16,6 @@ from .levels import draw_levels as draw_levels
 from .partition import draw_partition as draw_partition
 from .planes import draw_planes as draw_planes
 from .ray import draw_ray as draw_ray
+from .sheet import draw_level_sheet as draw_level_sheet
+from .sheet import draw_sheet as draw_sheet
 from .work import draw_work as draw_work

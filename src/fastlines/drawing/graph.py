@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..geometry.hit_places import Float64Array
 from ..inspection.outline import Outline, outline_of
 from ..support.texts import counted, listed
 from .axes import axes_of, describe, ordered_colors, without_frame
-from .letters import Lettered, lettered
+from .letters import Lettered, kind_of, lettered
 from .subject import AnyTree, require_boxes
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+#: The frames of inner nodes and of leaves.
+ROUND, SQUARE = "circle,pad=0.3", "round,pad=0.35,rounding_size=0.15"
 #: The most primitives that the label of a leaf lists.
 MAX_LISTED = 4
 
@@ -60,25 +63,35 @@ def draw_graph(tree: AnyTree, *, max_level: int | None = None, ax: Axes | None =
         up, down = place[int(outline.parent[node])], place[node]
         axes.plot([up[0], down[0]], [up[1], down[1]], color="#777777", linewidth=1.0, zorder=1)
     for node in named.nodes.tolist():
-        x, y = place[node]
-        is_inner = not outline.is_leaf[node]
-        style = "circle,pad=0.3" if is_inner else "round,pad=0.35,rounding_size=0.15"
-        is_cut = is_inner and outline.level[node] == named.last
-        box = {"boxstyle": style, "facecolor": "white", "edgecolor": colors[outline.level[node]], "linewidth": 1.4}
-        box |= {"linestyle": "--"} if is_cut else {}
-        more = {"ha": "center", "va": "center", "fontsize": "small", "fontweight": "bold", "bbox": box}
-        axes.text(x, y, named.letters[node], color=colors[outline.level[node]], zorder=3, **more)
-        label = _label(outline, node, is_cut)
-        if label:
-            below = {"textcoords": "offset points", "xytext": (0, -13), "ha": "center", "va": "top"}
-            axes.annotate(label, (x, y), fontsize="x-small", color=axes.title.get_color(), zorder=3, **below)
+        _draw_node(axes, outline, named, node, place[node], colors[outline.level[node]])
     across = [x for x, _ in place.values()]
     axes.set(xlim=(min(across) - 0.7, max(across) + 0.7), ylim=(-named.last - 0.6, 0.4))
     without_frame(axes)
-    kind = "KD tree" if outline.is_kd else "BVH"
     notes = ["below leaves: their primitives", *named.notes]
-    describe(axes, f"{kind}: {counted(outline.n_nodes, 'nodes')}", notes)
+    describe(axes, f"{kind_of(outline)}: {counted(outline.n_nodes, 'nodes')}", notes)
     return axes
+
+
+def _draw_node(
+    axes: Axes, outline: Outline, named: Lettered, node: int, at: tuple[float, float], color: Float64Array
+) -> None:
+    """Draw a node with its letter; below a leaf its primitives, and below a node of the last level what is left out."""
+    is_inner = not outline.is_leaf[node]
+    is_cut = is_inner and outline.level[node] == named.last
+    frame = {"boxstyle": ROUND if is_inner else SQUARE, "facecolor": "white", "edgecolor": color, "linewidth": 1.4}
+    frame |= {"linestyle": "--"} if is_cut else {}
+    more: dict[str, Any] = {"ha": "center", "va": "center", "fontsize": "small", "fontweight": "bold", "bbox": frame}
+    axes.text(*at, named.letters[node], color=color, zorder=3, **more)
+    if is_cut or not is_inner:
+        below: dict[str, Any] = {"textcoords": "offset points", "xytext": (0, -13), "ha": "center", "va": "top"}
+        axes.annotate(_label(outline, node), at, fontsize="x-small", color=axes.title.get_color(), zorder=3, **below)
+
+
+def _label(outline: Outline, node: int) -> str:
+    if not outline.is_leaf[node]:
+        return counted(int(outline.end[node]) - node - 1, "nodes")
+    prims = outline.prims[outline.refs_of(node)].tolist()
+    return listed(map(str, prims), " ", MAX_LISTED) if prims else "∅"
 
 
 def positions(outline: Outline, named: Lettered) -> dict[int, tuple[float, float]]:
@@ -96,12 +109,3 @@ def positions(outline: Outline, named: Lettered) -> dict[int, tuple[float, float
             x = -float(n_leaves)
         place[node] = x, -float(outline.level[node])
     return place
-
-
-def _label(outline: Outline, node: int, is_cut: bool) -> str:
-    if is_cut:
-        return f"{counted(int(outline.end[node]) - node - 1, 'nodes')}"
-    if not outline.is_leaf[node]:
-        return ""
-    prims = outline.prims[outline.refs_of(node)].tolist()
-    return listed(map(str, prims), " ", MAX_LISTED) if prims else "∅"

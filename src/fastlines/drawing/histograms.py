@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Literal, TypeAlias
+import math
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Literal, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -12,7 +13,7 @@ from ..errors import InputError
 from ..geometry.hit_places import Float64Array
 from ..inspection.outline import Outline, outline_of
 from ..support.texts import counted, number_text
-from .axes import COLORS, INK, axes_of, describe
+from .axes import COLORS, axes_of, describe, legend
 from .subject import AnyTree, require_boxes
 
 if TYPE_CHECKING:
@@ -20,20 +21,34 @@ if TYPE_CHECKING:
 
 #: One tree, several, or several by the names in the legend.
 Trees: TypeAlias = AnyTree | Sequence[AnyTree] | Mapping[str, AnyTree]
-#: What leaves count by: each as one, or by the chance that a ray visits it.
-WEIGHTS = ("number", "chance")
-#: The most bars of single numbers; beyond, bars are ranges that double.
-MAX_BARS = 40
+#: What leaves count by: each as one, as a share of all, or by the chance that a ray visits it; and the axis of that.
+WEIGHTS = ("number", "share", "chance")
+LABELS = {"number": "leaves", "share": "share of the leaves", "chance": "visits of a ray"}
+Weight: TypeAlias = Literal["number", "share", "chance"]
 
 
-def draw_leaf_sizes(trees: Trees, *, by: Literal["number", "chance"] = "number", ax: Axes | None = None) -> Axes:
+class Quantity(NamedTuple):
+    """What leaves are ordered by: a number for each node, and its name."""
+
+    name: str
+    of: Callable[[Outline], IntArray]
+    #: The most bars of single numbers; beyond, bars are ranges that double.
+    max_bars: float
+
+
+REFERENCES = Quantity("references", lambda outline: outline.n_refs, 40)
+LEVEL = Quantity("level", lambda outline: outline.level, math.inf)
+
+
+def draw_leaf_sizes(trees: Trees, *, by: Weight = "number", ax: Axes | None = None) -> Axes:
     """Draw how many leaves have how many references, of one tree or of several.
 
     Parameters
     ----------
     trees : Tree or theory.Node; or a sequence of them, or a mapping from labels to them
-    by : {"number", "chance"}
-        Count leaves, or add up the chances that a ray through the root's box visits them.
+    by : {"number", "share", "chance"}
+        Count leaves, or their share in all leaves of the tree; or add up the chances that a ray through the root's
+        box visits them.
     ax : Axes, optional
         Where to draw; by default on a new figure.
 
@@ -48,12 +63,12 @@ def draw_leaf_sizes(trees: Trees, *, by: Literal["number", "chance"] = "number",
     >>> lines = fl.scenes.make("spaghetti", 200).lines
     >>> trees = [fl.build(lines, method) for method in ("bvh-cl", "bvh-d2")]
     >>> fl.drawing.draw_leaf_sizes(trees).get_title()
-    'Leaves by their number of references'
+    'Leaves by their references'
     """
-    return _draw(trees, by, ax, "by their number of references", "references", lambda outline: outline.n_refs)
+    return _draw(trees, by, ax, REFERENCES)
 
 
-def draw_depths(trees: Trees, *, by: Literal["number", "chance"] = "number", ax: Axes | None = None) -> Axes:
+def draw_depths(trees: Trees, *, by: Weight = "number", ax: Axes | None = None) -> Axes:
     """Draw how many leaves are on which level, of one tree or of several.
 
     Parameters
@@ -73,7 +88,7 @@ def draw_depths(trees: Trees, *, by: Literal["number", "chance"] = "number", ax:
     >>> fl.drawing.draw_depths(tree, by="chance").get_title()
     'Leaves that a ray visits, by their level'
     """
-    return _draw(trees, by, ax, "by their level", "level", lambda outline: outline.level)
+    return _draw(trees, by, ax, LEVEL)
 
 
 def labelled(trees: Trees) -> dict[str, AnyTree]:
@@ -94,44 +109,45 @@ def labelled(trees: Trees) -> dict[str, AnyTree]:
     return found
 
 
-def _draw(trees: Trees, by: str, ax: Axes | None, order: str, below: str, measure: Any) -> Axes:
-    axes, weights = axes_of(ax, 6.0, 3.6), choice("by", by, WEIGHTS)
+def _draw(trees: Trees, by: str, ax: Axes | None, quantity: Quantity) -> Axes:
+    axes, weight = axes_of(ax, 6.0, 3.6), choice("by", by, WEIGHTS)
     outlines = {label: outline_of(tree) for label, tree in labelled(trees).items()}
     for outline in outlines.values():
         require_boxes(outline)
-    values = {label: measure(outline)[outline.is_leaf] for label, outline in outlines.items()}
-    edges, names = _bins(max(int(found.max()) for found in values.values()))
+    values = {label: quantity.of(outline)[outline.is_leaf] for label, outline in outlines.items()}
+    edges, names = _bins(max(int(found.max()) for found in values.values()), quantity.max_bars)
     at = np.arange(len(names) + 1) - 0.5
+    opacity, highest = (0.6 if len(outlines) == 1 else 0.2), 0.0
     for i, (label, outline) in enumerate(outlines.items()):
-        heights = _heights(outline, values[label], edges, weights)
-        total = counted(outline.is_leaf.sum(), "leaves") if weights == "number" else f"{heights.sum():.4g} visits"
-        mean = number_text(float(values[label].mean()))
-        color, text = COLORS[i % len(COLORS)], f"{label}: {total}"
-        axes.stairs(heights, at, fill=True, color=color, alpha=0.25 if len(outlines) > 1 else 0.6)
-        axes.stairs(
-            heights, at, color=color, linewidth=1.2, label=f"{text}, mean {mean}" if weights == "number" else text
-        )
-    step = max(1, len(names) // 12)
+        heights = _heights(outline, values[label], edges, weight)
+        n_leaves, mean = counted(len(values[label]), "leaves"), number_text(float(values[label].mean()))
+        what = f"{number_text(float(heights.sum()))} visits" if weight == "chance" else f"{n_leaves}, mean {mean}"
+        color = COLORS[i % len(COLORS)]
+        axes.stairs(heights, at, fill=True, color=color, alpha=opacity)
+        axes.stairs(heights, at, color=color, linewidth=1.2, label=f"{label}: {what}")
+        highest = max(highest, float(heights.max()))
+    step = 1 + len(names) // 12
     axes.set_xticks(range(0, len(names), step), names[::step])
-    axes.set(xlim=(at[0], at[-1]), ylabel="leaves" if weights == "number" else "visits of a ray")
-    axes.margins(y=0.05)
-    axes.legend(loc="upper right", fontsize="small", labelcolor=INK, facecolor="white", framealpha=0.9)
-    describe(axes, f"Leaves {order}" if weights == "number" else f"Leaves that a ray visits, {order}", (), below)
+    axes.yaxis.set_major_formatter(lambda y, _: f"{y:,.0%}" if weight == "share" else f"{y:,g}")
+    # Leave room for the legend.
+    axes.set(xlim=(at[0], at[-1]), ylim=(0, highest * (1.1 + 0.1 * len(outlines))), ylabel=LABELS[weight])
+    legend(axes, "upper right")
+    which = "Leaves that a ray visits," if weight == "chance" else "Leaves"
+    describe(axes, f"{which} by their {quantity.name}", (), quantity.name)
     return axes
 
 
-def _heights(outline: Outline, values: IntArray, edges: IntArray, weights: str) -> Float64Array:
-    weight = np.ones(len(values)) if weights == "number" else outline.chance[outline.is_leaf]
-    return np.asarray(np.bincount(np.searchsorted(edges, values, "right") - 1, weight, len(edges)), np.float64)
+def _heights(outline: Outline, values: IntArray, edges: IntArray, weight: str) -> Float64Array:
+    """Return how much the leaves in each bar count together."""
+    each = outline.chance[outline.is_leaf] if weight == "chance" else np.ones(len(values))
+    heights = np.bincount(np.searchsorted(edges, values, "right") - 1, each, len(edges))
+    return np.asarray(heights / len(values) if weight == "share" else heights)
 
 
-def _bins(most: int) -> tuple[IntArray, list[str]]:
+def _bins(most: int, max_bars: float) -> tuple[IntArray, list[str]]:
     """Return the least number of each bar, and its name."""
-    if most < MAX_BARS:
+    if most < max_bars:
         return np.arange(most + 1), [str(number) for number in range(most + 1)]
     edges = np.concatenate([[0], 2 ** np.arange(most.bit_length())])
-    names = [
-        str(low) if low + 1 == high else f"{low}–{high - 1}"
-        for low, high in zip(edges, [*edges[1:], 2 * edges[-1]], strict=True)
-    ]
-    return edges, names
+    ends = [*edges[1:].tolist(), 2 * int(edges[-1])]
+    return edges, [str(low) if low + 1 == end else f"{low}–{end - 1}" for low, end in zip(edges, ends, strict=True)]

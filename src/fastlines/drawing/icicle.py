@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Literal, NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from ..arrays import IntArray, choice
 from ..geometry.hit_places import Float64Array
 from ..inspection.outline import Outline, outline_of
 from ..support.texts import counted, number_text
-from .axes import INK, INNER, LEAF, axes_of, describe, library
+from .axes import INNER, LEAF, axes_of, describe, legend, library
 from .subject import AnyTree, require_boxes
 
 if TYPE_CHECKING:
@@ -18,11 +19,22 @@ if TYPE_CHECKING:
 
 #: What widths can be shares of: the cost of a tree, or its references.
 SHARES = ("cost", "refs")
-#: The fraction of the root's width below which nodes are merged with their neighbours.
-NARROW = 1 / 2000
-#: Bars at least this wide have edges.
+#: How many columns the root is wide. Nodes narrower than a column are merged with their neighbours.
+COLUMNS = 2000
+#: Bars at least this wide, as a fraction of the root, have white edges.
 EDGED = 1 / 200
-MERGED = "#b5b9bf"
+#: The width of an entry of the legend in inches.
+LEGEND_WIDTH = 1.5
+#: The colours of merged inner nodes and leaves.
+PALE_INNER, PALE_LEAF = "#99c7e0", "#eebf99"
+
+
+class Bars(NamedTuple):
+    """Where bars begin, how wide they are, and on which levels."""
+
+    start: Float64Array
+    width: Float64Array
+    level: IntArray
 
 
 def draw_icicle(tree: AnyTree, *, by: Literal["cost", "refs"] = "cost", ax: Axes | None = None) -> Axes:
@@ -30,7 +42,8 @@ def draw_icicle(tree: AnyTree, *, by: Literal["cost", "refs"] = "cost", ax: Axes
 
     The root is the bar at the top, as wide as the cost of the tree. Below each inner node are its children, each as
     wide as what it and all nodes below it add to the cost (thesis §3.3, the sum g). What no child covers is the node's
-    own cost: that of a step. A leaf's cost is all its own. Nodes narrower than 1/2000 of the root are merged.
+    own cost: that of a step. A leaf's cost is all its own. Nodes narrower than 1/2000 of the root are merged into pale
+    bars.
 
     Parameters
     ----------
@@ -52,35 +65,41 @@ def draw_icicle(tree: AnyTree, *, by: Literal["cost", "refs"] = "cost", ax: Axes
     >>> bool(abs(ax.get_xlim()[1] - tree.cost(by="g")) < 1e-9)
     True
     """
-    axes = axes_of(ax, 8.0, 4.0)
-    outline = outline_of(tree)
+    axes, outline = axes_of(ax, 8.0, 4.0), outline_of(tree)
     require_boxes(outline)
-    choice("by", by, SHARES)
-    width = outline.cost_below if by == "cost" else outline.n_refs.astype(np.float64)
+    width = outline.cost_below if choice("by", by, SHARES) == "cost" else outline.n_refs.astype(np.float64)
     start, whole = starts(outline, width), float(width[0])
-    is_wide = width >= NARROW * whole
-    shown = np.flatnonzero(is_wide)
-    bars = library("matplotlib.collections").PolyCollection
-    for is_leaf, color, what in ((False, INNER, "inner nodes"), (True, LEAF, "leaves")):
-        nodes = shown[outline.is_leaf[shown] == is_leaf]
-        if len(nodes):
-            edges = np.where(width[nodes] >= EDGED * whole, 0.5, 0.0)
-            corners = _corners(start[nodes], width[nodes], outline.level[nodes])
-            drawn = bars(corners, facecolors=color, edgecolors="white", linewidths=edges, label=what)
-            axes.add_collection(drawn, autolim=False)
-    runs = _merged(outline, start, width, ~is_wide, NARROW * whole)
-    if len(runs[0]):
-        n_merged = counted(int((~is_wide).sum()), "nodes")
-        label = f"{n_merged}, each below 1/{1 / NARROW:.0f}"
-        axes.add_collection(bars(_corners(*runs), facecolors=MERGED, label=label), autolim=False)
-    n_levels = 1 + int(max(outline.level[shown].max(), runs[2].max(initial=0)))
-    axes.set(xlim=(0, whole or 1.0), ylim=(n_levels - 0.0, 0), ylabel="level")
-    axes.legend(loc="lower right", fontsize="small", labelcolor=INK, facecolor="white", framealpha=0.9)
-    hidden = len(outline.levels) - n_levels
-    notes = [f"{counted(hidden, 'levels')} below are too narrow"] if hidden else []
+    narrow = width * COLUMNS < whole
+    n_levels = 0
+    for is_leaf, color, pale, what in ((False, INNER, PALE_INNER, "inner nodes"), (True, LEAF, PALE_LEAF, "leaves")):
+        nodes = np.flatnonzero(~narrow & (outline.is_leaf == is_leaf))
+        wide = Bars(start[nodes], width[nodes], outline.level[nodes])
+        columns = merged(outline, start, width, narrow, is_leaf)
+        for bars, shade, label in ((wide, color, what), (columns, pale, f"narrow {what}")):
+            if len(bars.start):
+                _draw(axes, bars, whole, shade, label)
+                n_levels = max(n_levels, 1 + int(bars.level.max()))
+    # Leave room for the legend below.
+    rows = legend(axes, "lower right", LEGEND_WIDTH)
+    axes.set(xlim=(0, whole), ylim=((1.02 + 0.08 * rows) * n_levels + 0.5, 0), ylabel="level")
+    labelled_levels = np.arange(n_levels)[:: 1 + n_levels // 12]
+    axes.set_yticks(labelled_levels + 0.5, labelled_levels)
     what = "cost" if by == "cost" else "references"
+    notes = _notes(outline, by, narrow, n_levels)
     describe(axes, f"{outline.name}: {what} {number_text(whole)}, by node", notes, what)
     return axes
+
+
+def _notes(outline: Outline, by: str, narrow: npt.NDArray[np.bool_], n_levels: int) -> list[str]:
+    """Return how the cost is divided, and what is merged or too narrow to see, in words."""
+    tests = float(outline.own_cost[outline.is_leaf].sum() / outline.cost_below[0])
+    notes = [f"steps in inner nodes {1 - tests:.0%}, tests in leaves {tests:.0%}"] if by == "cost" else []
+    if narrow.any():
+        n_leaves = int((narrow & outline.is_leaf).sum())
+        counts = counted(int(narrow.sum()) - n_leaves, "inner nodes"), counted(n_leaves, "leaves")
+        notes.append(f"pale: {' and '.join(counts)}, each narrower than 1/{COLUMNS}")
+    hidden = len(outline.levels) - n_levels
+    return [*notes, *([f"{counted(hidden, 'levels')} further down are too narrow to see"] if hidden else [])]
 
 
 def starts(outline: Outline, width: Float64Array) -> Float64Array:
@@ -93,26 +112,36 @@ def starts(outline: Outline, width: Float64Array) -> Float64Array:
     return start
 
 
-def _corners(start: Float64Array, width: Float64Array, level: IntArray) -> Float64Array:
-    end, below = start + width, level + 1
-    return np.stack([start, level, end, level, end, below, start, below], axis=1).reshape(-1, 4, 2)
+def merged(
+    outline: Outline, start: Float64Array, width: Float64Array, narrow: npt.NDArray[np.bool_], leaves: bool
+) -> Bars:
+    """Return bars of the columns that narrow nodes of a level fill at least by half, mostly with leaves or with others.
 
-
-def _merged(
-    outline: Outline, start: Float64Array, width: Float64Array, is_narrow: Float64Array, most: float
-) -> tuple[Float64Array, Float64Array, IntArray]:
-    """Return runs of narrow nodes of a level that are less than `most` apart: starts, widths and levels."""
-    begins, widths, levels = list[Float64Array](), list[Float64Array](), list[IntArray]()
+    Neighbouring columns are one bar.
+    """
+    column, begins, widths, levels = float(width[0]) / COLUMNS, list[IntArray](), list[IntArray](), list[IntArray]()
     for level, nodes in enumerate(outline.levels):
-        narrow = nodes[is_narrow[nodes]]
-        if len(narrow):
-            begin, end = start[narrow], start[narrow] + width[narrow]
-            first = np.flatnonzero(np.concatenate([[True], begin[1:] - end[:-1] >= most]))
-            last = np.concatenate([first[1:], [len(narrow)]]) - 1
-            visible = end[last] - begin[first] >= most
-            begins.append(begin[first][visible])
-            widths.append((end[last] - begin[first])[visible])
-            levels.append(np.full(int(visible.sum()), level))
-    if not begins:
-        return np.empty(0), np.empty(0), np.empty(0, np.int64)
-    return np.concatenate(begins), np.concatenate(widths), np.concatenate(levels)
+        few = nodes[narrow[nodes]]
+        at = np.minimum((start[few] + width[few] / 2) / column, COLUMNS - 1).astype(np.int64)
+        filled = [
+            np.bincount(at[mine], width[few][mine], COLUMNS)
+            for mine in (outline.is_leaf[few] == leaves, outline.is_leaf[few] != leaves)
+        ]
+        is_seen = (filled[0] + filled[1] >= column / 2) & (
+            (filled[0] > filled[1]) | (leaves & (filled[0] == filled[1]))
+        )
+        edges = np.flatnonzero(np.diff(np.concatenate([[False], is_seen, [False]])))
+        begins.append(edges[::2])
+        widths.append(edges[1::2] - edges[::2])
+        levels.append(np.full(len(edges) // 2, level))
+    begin, wide = (np.asarray(np.concatenate(parts) * column, np.float64) for parts in (begins, widths))
+    return Bars(begin, wide, np.concatenate(levels))
+
+
+def _draw(axes: Axes, bars: Bars, whole: float, color: str, label: str) -> None:
+    start, end, below = bars.start, bars.start + bars.width, bars.level + 1
+    corners = np.stack([start, bars.level, end, bars.level, end, below, start, below], axis=1).reshape(-1, 4, 2)
+    edges = np.where(bars.width >= EDGED * whole, 0.5, 0.0)
+    collection = library("matplotlib.collections").PolyCollection
+    drawn = collection(corners, facecolors=color, edgecolors="white", linewidths=edges, label=label)
+    axes.add_collection(drawn, autolim=False)

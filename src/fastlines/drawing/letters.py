@@ -70,6 +70,13 @@ def lettered(outline: Outline, max_level: int | None = None) -> Lettered:
     return Lettered(nodes, letters, last, outline.n_nodes - len(nodes))
 
 
+def kind_of(outline: Outline) -> str:
+    """Return what a tree is, for titles; one leaf is a BVH and a KD tree."""
+    if outline.n_nodes == 1:
+        return "One leaf"
+    return "KD tree" if outline.is_kd else "BVH"
+
+
 def letter(number: int) -> str:
     """Return A to Z, AA, AB, … for 0, 1, ….
 

@@ -9,7 +9,8 @@ import numpy as np
 from ..arrays import IntArray, count
 from ..errors import InputError
 from ..support.texts import counted
-from .axes import FAINT, axes_of, describe, library, ordered_colors
+from .axes import axes_of, describe, library, ordered_colors
+from .backdrop import draw_backdrop
 from .projection import AxisOption, projection_of
 from .subject import AnyTree, Subject, subject_of
 
@@ -18,8 +19,10 @@ if TYPE_CHECKING:
 
 #: The most boxes that are drawn of a level, and of the leaves above it; more are represented by the largest.
 MAX_BOXES = 2_000
-#: The width of a box's edge in points, for few boxes and for many, and how opaque a box is.
-EDGE, THIN, OPACITY = 1.2, 0.4, 0.10
+#: The width of a box's edge in points, for few boxes and for many.
+EDGE, THIN = 1.2, 0.4
+#: How opaque all boxes are together, and one box at most. So boxes that overlap stay transparent.
+TOGETHER, OPACITY = 0.5, 0.12
 #: The number of boxes from which edges are thin.
 FEW = 64
 
@@ -61,9 +64,9 @@ def draw_levels(tree: AnyTree, level: int, *, axis: AxisOption = None, ax: Axes 
     axes, subject = axes_of(ax), subject_of(tree)
     levels = subject.outline.levels
     if count("level", level, 0) >= len(levels):
-        raise InputError(f"level={level}; the last level of this tree is {len(levels) - 1}")
+        raise InputError(f"level={level}; {subject.outline.name} has levels 0 to {len(levels) - 1} here")
     view = projection_of(subject.boxes[0], axis)
-    subject.draw_prims(axes, view, FAINT, 0.3)
+    draw_backdrop(axes, subject, view)
     nodes, is_leaf = levels[level], subject.outline.is_leaf
     ended = np.concatenate([above[is_leaf[above]] for above in levels[: level + 1]])[: None if level else 0]
     ended = ended[~np.isin(ended, nodes)]
@@ -75,7 +78,9 @@ def draw_levels(tree: AnyTree, level: int, *, axis: AxisOption = None, ax: Axes 
     grey = {"edgecolors": "#777777", "facecolors": (0.5, 0.5, 0.5, 0.06), "linewidths": THIN, "zorder": 2}
     if len(ended_shown):
         axes.add_collection(draw_boxes(rectangles[ended_shown], **grey), autolim=False)
-    filled = colors * np.array([1, 1, 1, OPACITY])
+    sides = np.ptp(rectangles, axis=1)
+    covered = float((sides[shown].prod(axis=1)).sum() / max(float(sides[0].prod()), 1e-300))
+    filled = colors * np.array([1, 1, 1, min(OPACITY, TOGETHER / max(covered, 1.0))])
     boxes = draw_boxes(rectangles[shown], edgecolors=colors, facecolors=filled, linewidths=width, zorder=3)
     axes.add_collection(boxes, autolim=False)
     n_boxes = len(nodes) + len(ended)

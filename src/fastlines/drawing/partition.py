@@ -10,7 +10,9 @@ from ..geometry.hit_places import Float64Array
 from ..geometry.lines import AXES
 from ..support.texts import counted
 from .axes import INK, axes_of, describe, library, ordered_colors
-from .letters import Lettered, lettered
+from .backdrop import draw_backdrop
+from .letters import Lettered, kind_of, lettered
+from .placing import along_strokes, apart, inside, on_line, on_sides, write
 from .planes import plane_segments
 from .projection import AxisOption, Projection, projection_of
 from .subject import AnyTree, Subject, subject_of
@@ -19,9 +21,11 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 #: How much farther out each box is drawn than those a level below, as a fraction of the root's longest side.
-APART = 0.012
-#: The most primitives that are numbered.
-MAX_NUMBERED = 40
+APART = 0.014
+#: The space around the outermost box, and from the middle of a primitive to its number; fractions of the same.
+MARGIN, BESIDE = 0.03, 0.022
+#: How opaque boxes are, and the most primitives that are numbered.
+OPACITY, MAX_NUMBERED = 0.05, 40
 
 
 def draw_partition(
@@ -64,11 +68,11 @@ def draw_partition(
     """
     axes, subject = axes_of(ax), subject_of(tree)
     named, view = lettered(subject.outline, max_level), projection_of(subject.boxes[0], axis)
-    subject.draw_prims(axes, view, INK, 1.4)
-    _number_prims(axes, subject, view)
-    kind = "KD tree" if subject.outline.is_kd else "BVH"
-    notes = draw_cells(axes, subject, named, view) if subject.outline.is_kd else _draw_boxes(axes, subject, named, view)
-    describe(axes, f"{kind}: the partition", [*notes, *named.notes, *subject.notes], view.names[0])
+    draw_backdrop(axes, subject, view)
+    taken = number_prims(axes, subject, view)
+    draw = _draw_cells if subject.outline.is_kd else _draw_boxes
+    notes = draw(axes, subject, named, view, taken)
+    describe(axes, f"{kind_of(subject.outline)}: the partition", [*notes, *named.notes, *subject.notes], view.names[0])
     return axes
 
 
@@ -77,27 +81,29 @@ def grown(subject: Subject, named: Lettered) -> Float64Array:
     root = subject.boxes[0]
     step = APART * float((root[1] - root[0]).max())
     outwards = step * (named.last - subject.outline.level[named.nodes])
-    return subject.boxes[named.nodes] + outwards[:, None, None] * np.array([-1.0, 1.0])[:, None]
+    return np.asarray(subject.boxes[named.nodes] + outwards[:, None, None] * np.array([-1.0, 1.0])[:, None])
 
 
-def _draw_boxes(axes: Axes, subject: Subject, named: Lettered, view: Projection) -> list[str]:
-    """Draw boxes with a letter at the upper left corner, and widen the limits for those that are drawn apart."""
+def _draw_boxes(axes: Axes, subject: Subject, named: Lettered, view: Projection, taken: Float64Array) -> list[str]:
+    """Draw boxes with letters on their sides, and widen the limits for those that are drawn apart."""
     rectangles = view.rectangles(grown(subject, named))
     colors = ordered_colors(named.last + 1)[subject.outline.level[named.nodes]]
     boxes = library("matplotlib.collections").PolyCollection
-    filled = colors * np.array([1, 1, 1, 0.05])
-    axes.add_collection(
-        boxes(rectangles, edgecolors=colors, facecolors=filled, linewidths=1.1, zorder=2), autolim=False
-    )
-    for node, corners, color in zip(named.nodes.tolist(), rectangles, colors, strict=True):
-        _letter(axes, named.letters[node], corners[3], color, "left", "top")
+    filled = colors * np.array([1, 1, 1, OPACITY])
+    style = {"linewidths": 1.1, "zorder": 2}
+    axes.add_collection(boxes(rectangles, edgecolors=colors, facecolors=filled, **style), autolim=False)
+    letters = [named.letters[node] for node in named.nodes.tolist()]
+    # The smallest boxes have the least choice.
+    backwards = apart([on_sides(corners) for corners in rectangles[::-1]], taken)
+    for text, at, color in zip(letters, backwards[::-1], colors, strict=True):
+        write(axes, text, at, color)
     low, high = rectangles[0][0], rectangles[0][2]
-    margin = 0.03 * float((high - low).max()) or 1.0
+    margin = MARGIN * float((high - low).max()) or 1.0
     axes.set(xlim=(low[0] - margin, high[0] + margin), ylim=(low[1] - margin, high[1] + margin))
     return []
 
 
-def draw_cells(axes: Axes, subject: Subject, named: Lettered, view: Projection) -> list[str]:
+def _draw_cells(axes: Axes, subject: Subject, named: Lettered, view: Projection, taken: Float64Array) -> list[str]:
     """Draw the planes of inner nodes and the letters of leaves; return what cannot be drawn, in words."""
     outline, level = subject.outline, subject.outline.level
     boxes = library("matplotlib.collections").PolyCollection
@@ -106,30 +112,31 @@ def draw_cells(axes: Axes, subject: Subject, named: Lettered, view: Projection) 
     has_plane = ~outline.is_leaf[named.nodes] & (level[named.nodes] < named.last)
     inner = named.nodes[has_plane]
     seen = inner[outline.split_axis[inner] != view.axis]
-    colors = ordered_colors(named.last + 1)
     segments = plane_segments(subject, view, seen)
+    colors = ordered_colors(named.last + 1)
     lines = library("matplotlib.collections").LineCollection
     axes.add_collection(lines(list(segments), colors=colors[level[seen]], linewidths=1.8, zorder=3), autolim=False)
-    for node, (start, end) in zip(seen.tolist(), segments, strict=True):
-        _letter(axes, named.letters[node], start + 0.9 * (end - start), colors[level[node]], "center", "center")
-    for node in named.nodes[~has_plane].tolist():
-        middle = corners[node].mean(axis=0)
-        _letter(axes, named.letters[node], middle, colors[level[node]], "center", "center")
+    cells = named.nodes[~has_plane][::-1]
+    lettered_nodes = [*cells.tolist(), *seen[::-1].tolist()]
+    choices = [inside(corners[node]) for node in cells.tolist()] + [on_line(*ends) for ends in segments[::-1]]
+    for node, at in zip(lettered_nodes, apart(choices, taken), strict=True):
+        write(axes, named.letters[node], at, colors[level[node]])
     n_facing = len(inner) - len(seen)
     return [f"{counted(n_facing, 'planes')} across {AXES[view.axis]} would face the viewer"] if n_facing else []
 
 
-def _letter(axes: Axes, text: str, at: Float64Array, color: Float64Array, across: str, upwards: str) -> None:
-    box = {"boxstyle": "round,pad=0.12", "facecolor": "white", "edgecolor": "none", "alpha": 0.85}
-    more = {"ha": across, "va": upwards, "fontsize": "small", "fontweight": "bold", "color": color, "bbox": box}
-    axes.text(at[0], at[1], text, zorder=5, **more)
+def number_prims(axes: Axes, subject: Subject, view: Projection) -> Float64Array:
+    """Write the numbers of primitives beside their middles, if they are few; return points that are taken now, (n, 2).
 
-
-def _number_prims(axes: Axes, subject: Subject, view: Projection) -> None:
-    """Write the numbers of primitives beside their middles, if they are few and each has one stroke."""
-    strokes = subject.strokes[0] if len(subject.strokes) == 1 else np.empty((0, 2, 3))
-    if not len(strokes) == subject.n_prims <= MAX_NUMBERED:
-        return
-    for number, middle in enumerate(view.points(strokes.mean(axis=1))):
-        more = {"textcoords": "offset points", "xytext": (3, -3), "va": "top", "fontsize": "small", "color": INK}
-        axes.annotate(str(number), (middle[0], middle[1]), zorder=4, **more)
+    Primitives of several strokes each, such as curves, have no numbers.
+    """
+    strokes = [view.points(part) for part in subject.strokes if len(part)]
+    taken = np.concatenate([along_strokes(part) for part in strokes]) if strokes else np.empty((0, 2))
+    if len(strokes) != 1 or not len(strokes[0]) == subject.n_prims <= MAX_NUMBERED:
+        return taken
+    middles = strokes[0].mean(axis=1)
+    low, high = view.points(subject.boxes[0])
+    beside = middles + BESIDE * float((high - low).max()) * np.array([1, -1])
+    for number, (x, y) in enumerate(beside.tolist()):
+        axes.text(x, y, str(number), ha="center", va="center", fontsize="small", color=INK, zorder=4)
+    return np.concatenate([taken, beside])

@@ -10,7 +10,8 @@ from ..arrays import IntArray, count
 from ..geometry.hit_places import Float64Array
 from ..geometry.lines import AXES
 from ..support.texts import counted
-from .axes import COLORS, FAINT, INK, axes_of, describe, library
+from .axes import COLORS, axes_of, describe, legend, library
+from .backdrop import draw_backdrop
 from .projection import AxisOption, Projection, projection_of
 from .subject import AnyTree, Subject, subject_of
 
@@ -49,12 +50,12 @@ def draw_planes(tree: AnyTree, *, max_level: int = MAX_LEVEL, axis: AxisOption =
     >>> import fastlines as fl
     >>> tree = fl.build(fl.scenes.make("spaghetti", 200).lines, "kd-d2")
     >>> fl.drawing.draw_planes(tree, max_level=3).get_title()
-    'kd-d2: the planes of levels 0 to 3'
+    'kd-d2, planes of levels 0 to 3'
     """
     axes, subject = axes_of(ax), subject_of(tree)
     outline, view = subject.outline, projection_of(subject.boxes[0], axis)
     last = min(count("max_level", max_level, 0), len(outline.levels) - 1)
-    subject.draw_prims(axes, view, FAINT, 0.3)
+    draw_backdrop(axes, subject, view)
     nodes = np.flatnonzero((outline.level <= last) & ~outline.is_leaf)
     split = outline.split_axis[nodes]
     for side, name, color in zip(view.plane, view.names, COLORS, strict=False):
@@ -65,12 +66,12 @@ def draw_planes(tree: AnyTree, *, max_level: int = MAX_LEVEL, axis: AxisOption =
             drawn = plane_segments(subject, view, seen)
             axes.add_collection(lines(list(drawn), colors=color, linewidths=width, zorder=3), autolim=False)
             axes.plot([], [], color=color, label=f"{name}: {counted(len(seen), 'planes')}")
-    if axes.get_legend_handles_labels()[0]:
-        axes.legend(loc="upper right", fontsize="small", labelcolor=INK, facecolor="white", framealpha=0.9)
+    legend(axes, "upper right")
     facing, without = int((split == view.axis).sum()), int((split < 0).sum())
     notes = [f"{counted(facing, 'planes')} across {AXES[view.axis]} would face the viewer"] if facing else []
     notes += [f"{counted(without, 'nodes')} have children that overlap"] if without else []
-    describe(axes, f"{outline.name}: the planes of levels 0 to {last}", [*notes, *subject.notes], view.names[0])
+    which = f"planes of levels 0 to {last}" if len(nodes) else "one leaf, without planes"
+    describe(axes, f"{outline.name}, {which}", [*notes, *subject.notes], view.names[0])
     return axes
 
 

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 
@@ -16,20 +17,12 @@ from ..rendering.card.sketch import sketch
 from ..structure.tree_data import TreeData
 from ..theory.node import Node
 from ..theory.primitive import Primitive, Segment
-from .projection import Projection
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 #: A tree of the core or of the theory.
 AnyTree: TypeAlias = TreeData | Node
 
 #: About the most primitives that are drawn; more are represented by some that are spaced evenly.
 MAX_PRIMS = 20_000
-#: From this number on, they are pixels in a vector file. So the file stays small.
-MANY_PRIMS = 1_000
-#: The resolution of these pixels, and how far axes reach beyond the root's box, as a fraction of its longest side.
-DPI, MARGIN = 200, 0.04
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,24 +50,6 @@ class Subject:
     def notes(self) -> list[str]:
         """Whether only some of the primitives are drawn, in words."""
         return [f"{self.n_drawn:,} of {self.n_prims:,} primitives are drawn"] if self.n_drawn < self.n_prims else []
-
-    def draw_prims(self, ax: Axes, view: Projection, color: str, width: float) -> None:
-        """Draw the primitives, and set the limits of the axes around the root's box."""
-        from matplotlib.collections import LineCollection
-
-        for strokes in self.strokes:
-            closed = strokes if strokes.shape[1] == 2 else np.concatenate([strokes, strokes[:, :1]], axis=1)
-            if len(closed):
-                drawn = LineCollection(list(view.points(closed)), colors=color, linewidths=width, zorder=1)
-                drawn.set_rasterized(self.n_drawn > MANY_PRIMS)
-                ax.add_collection(drawn, autolim=False)
-        low, high = view.points(self.boxes[0])
-        margin = MARGIN * float((high - low).max()) or 1.0
-        ax.set_aspect("equal")
-        ax.set(xlim=(low[0] - margin, high[0] + margin), ylim=(low[1] - margin, high[1] + margin))
-        ax.set_ylabel(view.names[1])
-        ax.ticklabel_format(useOffset=False)
-        ax.locator_params(nbins=4)
 
 
 def subject_of(tree: AnyTree, most: int = MAX_PRIMS) -> Subject:
@@ -111,7 +86,7 @@ def _outlines(parts: tuple[AnyGeometry, ...]) -> tuple[Float64Array, ...]:
     return tuple(part.outlines()[0] for part in parts)
 
 
-def _of_theory(prims: list[Primitive] | tuple[Primitive, ...]) -> tuple[Float64Array, ...]:
+def _of_theory(prims: Sequence[Primitive]) -> tuple[Float64Array, ...]:
     """Return segments as such, and other primitives as the sides of their boxes."""
     ends = [(prim.start, prim.end) for prim in prims if isinstance(prim, Segment)]
     boxes = [prim.bounds() for prim in prims if not isinstance(prim, Segment)]

@@ -8,14 +8,17 @@ import numpy as np
 
 from ..arrays import choice, count, instance, number
 from ..camera import Camera
+from ..geometry.any_geometry import AnyGeometry
 from ..geometry.boxes import Boxes
 from ..geometry.hit_places import Float64Array
+from ..geometry.lines import Lines
 from ..inspection.outline import Outline, outline_of
 from ..progress import ProgressOption, reporting
-from ..rendering import default_view
+from ..rendering import default_camera
 from ..rendering.node_visits import sum_over_visits
 from ..structure.tree_data import TreeData
 from ..support.texts import number_text
+from ..theory.primitive import Segment
 from .axes import axes_of, describe, without_frame
 from .subject import AnyTree, require_boxes
 
@@ -52,7 +55,7 @@ def draw_work(
     by : {"nodes", "cost"}
         The number of nodes; or steps and tests, each times its cost, as in `inspection.Traversal.cost`.
     camera : Camera, optional
-        By default one that shows the root's box from the default direction.
+        By default the one of pictures, `fastlines.default_camera`.
     size : int
         The pixels a side.
     radius : float
@@ -84,14 +87,14 @@ def draw_work(
     number("most", brightest, "a number above 0", 1e-300)
     image = axes.imshow(work, cmap=MAP, vmin=0, vmax=brightest, interpolation="nearest")
     without_frame(axes)
-    unit = "nodes visited" if by == "nodes" else "cost of steps and tests"
     color = axes.title.get_color()
     bar = axes.figure.colorbar(image, ax=axes, extend="max" if work.max() > brightest else "neither", pad=0.02)
-    bar.set_label(f"{unit}, a ray", color=color)
+    bar.set_label("nodes visited by a ray" if by == "nodes" else "cost of a ray: its steps and tests", color=color)
     bar.ax.tick_params(colors=color)
     mean = number_text(float(hit.mean()) if len(hit) else 0.0)
-    through = f"radius {radius:g}; " if radius else ""
-    describe(axes, f"{outline.name}: {mean} {unit} on average", [f"{through}mean of pixels that hit the root's box"])
+    title = f"{outline.name}: {mean} nodes a ray" if by == "nodes" else f"{outline.name}: cost {mean} a ray"
+    through = [f"radius {radius:g}"] if radius else []
+    describe(axes, title, [*through, "mean of the pixels that hit the root's box"])
     return axes
 
 
@@ -107,20 +110,27 @@ def work_of_pixels(
     """Return the work of each pixel of a square picture, (size, size) float64."""
     count("size", size, 1, MAX_SIZE)
     number("radius", radius, "a finite number that is 0 or more", 0.0)
-    offset, beyond = np.zeros(3), 0.0
-    if isinstance(tree, TreeData):
-        offset, beyond = np.array(tree.geometry.offset), tree.geometry.radius_beyond
+    geometry, offset = geometry_of(tree), np.zeros(3)
     if camera is None:
-        box = outline.boxes[0]
-        of_tree = tree.geometry.without_offset() if isinstance(tree, TreeData) else Boxes(box[None])
-        camera, offset = Camera.framing(box, *default_view(of_tree)), np.zeros(3)
+        camera = default_camera(geometry.without_offset())
     else:
         instance("camera", camera, Camera, "a Camera")
+        offset = np.array(geometry.offset)
     rays = camera.rays(width=size, height=size)
     origins, directions = (np.asarray(array, np.float64).reshape(-1, 3) for array in rays)
     weights = outline.own_cost / np.where(outline.chance > 0, outline.chance, 1) if by == "cost" else None
+    grow = radius + geometry.radius_beyond
+    boxes, right = outline.boxes, outline.right
     with reporting(progress, "work") as callback:
-        work = sum_over_visits(
-            outline.boxes, outline.right, origins - offset, directions, radius + beyond, weights, callback
-        )
+        work = sum_over_visits(boxes, right, origins - offset, directions, grow, weights, callback)
     return work.reshape(size, size)
+
+
+def geometry_of(tree: AnyTree) -> AnyGeometry:
+    """Return what a tree is over: of a tree of the theory its segments, or else the boxes of its primitives."""
+    if isinstance(tree, TreeData):
+        return tree.geometry
+    ends = [(prim.start, prim.end) for prim in tree.prims if isinstance(prim, Segment)]
+    if len(ends) == len(tree.prims):
+        return Lines.from_segments(ends)
+    return Boxes([prim.bounds() for prim in tree.prims])

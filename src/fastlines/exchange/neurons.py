@@ -52,8 +52,10 @@ def to_neurons(lines: Any) -> Any:
     Examples
     --------
     >>> import fastlines as fl
-    >>> fl.to_neurons(fl.read("cell.swc"))  # doctest: +SKIP
-    >>> near = fl.build(fl.lines(neuron)).within(synapses, 2.0)  # doctest: +SKIP
+    >>> fork = [[[0, 0, 0], [1, 0, 0]], [[1, 0, 0], [2, 1, 0]], [[1, 0, 0], [2, -1, 0]]]
+    >>> lines = fl.Lines.from_segments(fork, radius=0.1, end_attributes={"id": [[1, 2], [2, 3], [2, 4]]})
+    >>> fl.to_neurons(lines)[0].n_leafs
+    2
     """
     navis, pandas = (optional(library, "neurons of lines", "navis") for library in ("navis", "pandas"))
     straight, lost = to_written(lines, (Lines,), "neurons", "to_neurons({})")

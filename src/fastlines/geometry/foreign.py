@@ -48,8 +48,8 @@ def lines(obj: Any, *, offset: Any = None, invalid: str = "error") -> Lines:
           ``end_attributes``, those per streamline ``attributes``. Points become millimetres of the world ("RASMM"), by
           ``affine_to_rasmm`` or by the space and the origin of a ``StatefulTractogram``, which does not change.
         - An ``ArraySequence`` or ``Streamlines``.
-        - A ``TreeNeuron`` of navis, or a ``NeuronList`` of them: a strand for each unbranched section, as from a
-          ``.swc`` file, with the radius. Both ends have the attributes ``id`` and ``type``, which navis calls
+        - A ``TreeNeuron`` of navis, or a ``NeuronList`` or list of them: a strand for each unbranched section, with the
+          radius, as from a ``.swc`` file. Both ends have the attributes ``id`` and ``type``, which navis calls
           ``node_id`` and ``label``. The attribute ``neuron`` is the position in a list.
         - A shape *linearcurve* of Mitsuba, or a scene: all such shapes in it; the attribute ``shape`` is the position
           in ``scene.shapes()``. `curves` takes the shape *bsplinecurve*.

@@ -50,13 +50,12 @@ def of_mitsuba(obj: Any, how: Making) -> Lines | None:
 
 
 def curves(obj: Any, *, tolerance: float | None = None, offset: Any = None, invalid: str = "error") -> Curves:
-    """Make curves of a shape *bsplinecurve* of Mitsuba 3, or of all such shapes of a scene.
+    r"""Make curves of a shape *bsplinecurve* of Mitsuba 3, or of all such shapes of a scene.
 
     Parameters
     ----------
     obj : mitsuba.Shape or mitsuba.Scene
-        Mitsuba has to be installed, and in the variant that made the object. The attribute ``shape`` is the position in
-        ``scene.shapes()``.
+        Of a scene, the attribute ``shape`` is the position in ``scene.shapes()``.
     tolerance, offset, invalid
         As of `Curves.from_strands`.
 
@@ -77,10 +76,13 @@ def curves(obj: Any, *, tolerance: float | None = None, offset: Any = None, inva
 
     Examples
     --------
-    >>> import mitsuba as mi  # doctest: +SKIP
-    >>> mi.set_variant("scalar_rgb")  # doctest: +SKIP
-    >>> shape = mi.load_dict({"type": "bsplinecurve", "filename": "hair.txt"})  # doctest: +SKIP
-    >>> fl.build(fl.curves(shape)).first_hit([0, 0, -5], [0, 0, 1], at="surface")  # doctest: +SKIP
+    >>> import tempfile, pathlib
+    >>> import mitsuba as mi, fastlines as fl
+    >>> mi.set_variant("scalar_rgb")
+    >>> path = pathlib.Path(tempfile.mkdtemp(), "hair.txt")
+    >>> size = path.write_text("\n".join(["0 0 0 .1", "1 0 0 .1", "2 1 0 .1", "3 1 0 .1"]))
+    >>> fl.curves(mi.load_dict({"type": "bsplinecurve", "filename": str(path)}))
+    <Curves: 1 curve, 1 strand, radius>
     """
     found = _Shapes.of(obj, _SPLINE)
     if found is None or (found.others and not found.is_scene):

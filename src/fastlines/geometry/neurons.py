@@ -4,6 +4,7 @@
 |-------------------------------|--------------------------------------------------------|
 | ``NeuronList``                | ``neurons``, ``is_mixed``                              |
 | ``TreeNeuron``                | ``nodes``, a table with ``parent_id``; ``units``       |
+| a list or a tuple of them     | its first member                                       |
 
 A neuron is a tree of nodes, as in a ``.swc`` file. A segment joins a node to its parent, with the radius at both ends.
 A root without children is a segment of zero length. A strand is an unbranched section.
@@ -34,6 +35,8 @@ def of_neurons(obj: Any, how: Making) -> Lines | None:
     """Return the lines of a TreeNeuron, or of all neurons of a NeuronList; None if the object is none."""
     if has(obj, "neurons", "is_mixed"):
         return _of_skeletons(list(obj.neurons), how, NEURON)
+    if isinstance(obj, list | tuple) and obj and _is_skeleton(obj[0]):
+        return _of_skeletons(list(obj), how, NEURON)
     if _is_skeleton(obj):
         return _of_skeletons([obj], how)
     if has(obj, "points", "vect", "to_skeleton"):
