@@ -16,6 +16,7 @@ from ..inspection.outline import Outline, outline_of
 from ..progress import ProgressOption, reporting
 from ..rendering import default_camera
 from ..rendering.node_visits import sum_over_visits
+from ..settings.settings import Cost
 from ..structure.tree_data import TreeData
 from ..support.texts import number_text
 from ..theory.primitive import Segment
@@ -41,6 +42,7 @@ def draw_work(
     size: int = 192,
     radius: float = 0.0,
     most: float | None = None,
+    model: Cost | None = None,
     progress: ProgressOption = False,
     ax: Axes | None = None,
 ) -> Axes:
@@ -63,6 +65,8 @@ def draw_work(
     most : float, optional
         The number that has the brightest colour; by default the 99.5 % quantile of pixels that hit something. With the
         same number, two trees can be compared.
+    model : Cost, optional
+        The costs of a step and of a test; by default those of the build.
     progress : bool or callable
     ax : Axes, optional
         Where to draw; by default on a new figure.
@@ -79,7 +83,7 @@ def draw_work(
     >>> fl.drawing.draw_work(tree, size=8).images[0].get_array().shape
     (8, 8)
     """
-    axes, outline = axes_of(ax, 5.6, 4.8), outline_of(tree)
+    axes, outline = axes_of(ax, 5.6, 4.8), outline_of(tree, model)
     require_boxes(outline)
     work = work_of_pixels(tree, outline, choice("by", by, MEASURES), camera, size, radius, progress)
     hit = work[work > 0]
