@@ -23,6 +23,7 @@ FEW = str(Path(__file__).parents[2] / "docs" / "images" / "drawing" / "few.wkt")
         ("--kind", "icicle", "--by", "refs"),
         ("--kind", "leaves", "--by", "share", "--method", "bvh-cl", "--against", "bvh-d2"),
         ("--kind", "depths"),
+        ("--kind", "work", "--by", "cost", "--against", "bvh-cl"),
         ("--kind", "thesis", "--method", "kd-cl"),
     ],
     ids=" ".join,

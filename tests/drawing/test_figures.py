@@ -146,3 +146,4 @@ def test_figures_are_light_whatever_the_style_is() -> None:
     assert ax.figure.get_facecolor() == (1, 1, 1, 1)
     assert ax.title.get_color() == "#222222"
     assert own.title.get_color() == "white"
+    assert own.get_facecolor() == (1, 1, 1, 1)

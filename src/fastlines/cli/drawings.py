@@ -20,8 +20,8 @@ from .options import refuse_given
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-#: How many trees are side by side.
-COLUMNS = 3
+#: How wide panels that are side by side are together at most, in inches.
+WIDTH = 15.0
 
 
 @dataclass(frozen=True)
@@ -162,7 +162,7 @@ def _beside(order: Order, trees: Mapping[str, TreeData]) -> Figure:
     first = next(iter(trees.values()))
     known = {"model": first.settings.cost, "progress": show_progress()}
     given = order.given | {name: known[name] for name in how.more}
-    columns = len(how.draw) if len(how.draw) > 1 else min(COLUMNS, len(trees))
+    columns = len(how.draw) if len(how.draw) > 1 else min(len(trees), int(WIDTH / how.width))
     rows = -(-len(trees) * len(how.draw) // columns)
     figure = new_figure(how.width * columns, how.height * rows)
     with light():

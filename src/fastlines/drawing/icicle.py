@@ -99,10 +99,9 @@ def _notes(outline: Outline, by: str, narrow: npt.NDArray[np.bool_], n_levels: i
     """Return how the cost is divided, and what is merged or too narrow to see, in words."""
     tests = float(outline.own_cost[outline.is_leaf].sum() / outline.cost_below[0])
     notes = [f"steps in inner nodes {1 - tests:.0%}, tests in leaves {tests:.0%}"] if by == "cost" else []
-    if narrow.any():
-        n_leaves = int((narrow & outline.is_leaf).sum())
-        counts = counted(int(narrow.sum()) - n_leaves, "inner nodes"), counted(n_leaves, "leaves")
-        notes.append(f"pale: {' and '.join(counts)}, each narrower than 1/{COLUMNS}")
+    kinds = {"inner nodes": narrow & ~outline.is_leaf, "leaves": narrow & outline.is_leaf}
+    counts = [counted(int(which.sum()), nouns) for nouns, which in kinds.items() if which.any()]
+    notes += [f"pale: {' and '.join(counts)}, each narrower than 1/{COLUMNS}"] if counts else []
     hidden = len(outline.levels) - n_levels
     return [*notes, *([f"{counted(hidden, 'levels')} further down are too narrow to see"] if hidden else [])]
 

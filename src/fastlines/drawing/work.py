@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -30,6 +30,8 @@ if TYPE_CHECKING:
 MEASURES = ("nodes", "cost")
 #: The colour map of the rendering's look "work", and the quantile that has its last colour.
 MAP, BRIGHT = "inferno", 0.995
+#: The size of the colour bar, which is about as high as a square image, and its distance.
+BAR: dict[str, Any] = {"fraction": 0.046, "pad": 0.03}
 #: The most pixels a side.
 MAX_SIZE = 2048
 
@@ -92,7 +94,7 @@ def draw_work(
     image = axes.imshow(work, cmap=MAP, vmin=0, vmax=brightest, interpolation="nearest")
     without_frame(axes)
     color = axes.title.get_color()
-    bar = axes.figure.colorbar(image, ax=axes, extend="max" if work.max() > brightest else "neither", pad=0.02)
+    bar = axes.figure.colorbar(image, ax=axes, extend="max" if work.max() > brightest else "neither", **BAR)
     bar.set_label("nodes visited by a ray" if by == "nodes" else "cost of a ray: its steps and tests", color=color)
     bar.ax.tick_params(colors=color)
     mean = number_text(float(hit.mean()) if len(hit) else 0.0)
