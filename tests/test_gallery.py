@@ -24,6 +24,9 @@ CODE = [
     for command, python in re.findall(r"```sh\n(.*?)\n```\n(?:\n```python\n(.*?)```\n)?:::\n", PAGE, re.DOTALL)
 ]
 SIZE = {"width": 24, "height": 16}
+#: The commands that show trees, and the package that each needs.
+TREES = re.compile("fastlines (draw|view)")
+NEEDS = {"draw": "matplotlib", "view": "viser"}
 #: How many segments stand for a scene, and for a file that is not in the repository.
 FEW = 60
 
@@ -35,7 +38,12 @@ def small(command: str) -> list[str]:
         what = what if what.startswith("scene:") else "scene:bun-hair"
         what = what if what.count(":") == 2 else f"{what}:{FEW}"
     size = [text for key in SIZE for text in (f"--{key}", str(SIZE[key]))]
-    options += {"render": [*size, "--samples", "1"], "beams": [*size, "--passes", "1"], "draw": []}[name]
+    options += {
+        "render": [*size, "--samples", "1"],
+        "beams": [*size, "--passes", "1"],
+        "draw": [],
+        "view": ["--export", "view.html"],
+    }[name]
     return [name, what, *options]
 
 
@@ -58,8 +66,8 @@ def test_all_pictures_have_code() -> None:
 
 @pytest.mark.parametrize(
     ("command", "python"),
-    # Pictures of trees take seconds, and have tests of their own.
-    [pytest.param(*code, id=code[0], marks=[pytest.mark.slow] * code[0].startswith("fastlines draw")) for code in CODE],
+    # What shows trees takes seconds, and has tests of its own.
+    [pytest.param(*code, id=code[0], marks=[pytest.mark.slow] * bool(TREES.match(code[0]))) for code in CODE],
 )
 def test_code_of_a_picture(
     command: str, python: str, small_fl: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -69,15 +77,15 @@ def test_code_of_a_picture(
         assert (ROOT / command.split()[1]).is_file()
         return
     arguments = small(command)
-    drawn = arguments[0] == "draw"
-    if drawn:
-        pytest.importorskip("matplotlib")
+    if arguments[0] in NEEDS:
+        pytest.importorskip(NEEDS[arguments[0]])
     done(*arguments)
-    name = arguments[arguments.index("-o") + 1]
     if python:
+        name = arguments[arguments.index("-o") + 1]
         by_command = np.asarray(Image.open(name))
         Path(name).unlink()
         exec(python, {"fl": small_fl})
         by_python = np.asarray(Image.open(name))
         assert by_python.std() > 0
-        assert drawn or np.array_equal(by_python, by_command)  # the command names the scene in its drawings
+        # The command names the scene in its drawings.
+        assert arguments[0] == "draw" or np.array_equal(by_python, by_command)
