@@ -94,6 +94,7 @@ NAMES = [
     "to_polydata",
     "to_tractogram",
     "trimesh",
+    "view",
     "write",
 ]
 
