@@ -15,6 +15,7 @@ from ..inspection.traversal import trace_ray
 from ..rendering.default_view import default_view
 from ..structure.tree_data import TreeData
 from .choices import Choices
+from .line_colors import LineLegend
 from .node_path import path_table, references_text
 from .pane import Pane
 from .shot import Ray, hit_table, hits_text, rounded, step_text, work_table
@@ -42,6 +43,7 @@ class Drawing:
 
     def __init__(self, stage: Stage, panes: Sequence[Pane], choices: Choices) -> None:
         self.stage, self.panes, self.choices = stage, panes, choices
+        self.legend: LineLegend | None = None
         self._along, self._view = _axes_of_view(panes[0])
 
     @property
@@ -89,6 +91,7 @@ class Drawing:
         """Draw the lines; return how many are shown, and what their colours mean, as HTML."""
         with self.stage.atomic():
             said = [pane.draw_lines(self.stage, self.choices) for pane in self.shown]
+        self.legend = said[0][1]
         parts = []
         for pane, (_, legend) in zip(self.shown, said, strict=True):
             of_tree = len(said) > 1 and said[0][1].title == legend.title and legend.bar is not None

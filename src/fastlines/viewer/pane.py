@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from ..errors import InputError
 from ..inspection.outline import Outline, outline_of
 from ..inspection.traversal import Traversal, trace_ray
 from ..rendering.color.palette import hexadecimal, mapped
@@ -15,7 +16,7 @@ from .choices import ALL, NONE, TESTED, Choices
 from .line_colors import LineLegend, line_colors
 from .node_boxes import box_edges, level_boxes, split_planes
 from .node_path import reference_strokes
-from .shot import MAX_POINTS, MAX_VISITED, ray_ends
+from .shot import MAX_HITS, MAX_POINTS, MAX_VISITED, ray_ends
 from .stage import Stage
 from .strokes import Strokes, strokes_of, strokes_of_prims
 from .thinning import MAX_SHOWN
@@ -61,12 +62,23 @@ class Pane:
         self.outline = outline_of(self.tree)
 
     def shoot(self, choices: Choices) -> None:
-        """Follow the ray that is chosen through the tree."""
+        """Follow the ray that is chosen through the tree.
+
+        Raises
+        ------
+        InputError
+            If it cannot be asked, or hits more than the page can follow.
+        """
         ray = choices.ray
         if ray is None:
             self.way = None
             return
         asked = ray.origin, ray.direction, choices.radius
+        n_hits = int(self.tree.count_hits(*asked))
+        if n_hits > MAX_HITS:
+            raise InputError(
+                f"the ray hits {n_hits:,} primitives; the page follows at most {MAX_HITS:,}: lower the radius"
+            )
         self.way = trace_ray(self.tree, *asked, query=choices.query, outline=self.outline)
 
     def strokes(self, stage: Stage, choices: Choices) -> Strokes:
