@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 from docutils import nodes
@@ -10,11 +11,15 @@ from docutils.utils.math.latex2mathml import tex2mathml
 from sphinx.application import Sphinx
 from sphinx.errors import ExtensionError
 
+#: The large delimiters of TeX that docutils does not know; it knows the same as opening ones: \\bigl.
+BIG = re.compile(r"\\([bB]igg?)(?![a-zA-Z])")
+
 
 def markup(node: nodes.math | nodes.math_block, as_block: bool) -> str:
     """Return the MathML of a formula in TeX."""
+    tex = BIG.sub(r"\\\1l", node.astext())
     try:
-        return str(tex2mathml(node.astext(), as_block=as_block))
+        return str(tex2mathml(tex, as_block=as_block))
     except MathError as error:
         raise ExtensionError(f"{node.source}:{node.line}: no MathML for {node.astext()!r}: {error}") from error
 

@@ -52,7 +52,8 @@ def draw(
     adds to the cost. [cyan]partition[/] and [cyan]graph[/] are for small trees: boxes or planes with letters, and the
     tree with the same letters. [cyan]thesis[/] shows both beside each other.
 
-    Several trees have the same scales. In Python, the functions of fastlines.drawing draw on axes of yours.
+    Several trees have one scale, and the costs of the first one's steps and tests. In Python, the functions of
+    fastlines.drawing draw on axes of yours.
 
     [bold]Examples[/]
 

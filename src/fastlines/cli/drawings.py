@@ -20,8 +20,8 @@ from .options import refuse_given
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-#: How many trees are side by side.
-COLUMNS = 3
+#: How wide panels that are side by side are together at most, in inches.
+WIDTH = 15.0
 
 
 @dataclass(frozen=True)
@@ -42,6 +42,8 @@ class Kind:
         What --by can be; the first is the default.
     is_joint : bool
         Whether all trees are drawn on the same axes.
+    more : tuple of str
+        What else is passed: the "model" of the first tree's costs, and whether "progress" is shown.
     """
 
     draw: tuple[Callable[..., Any], ...] = ()
@@ -51,6 +53,7 @@ class Kind:
     has_axis: bool = False
     by: tuple[str, ...] = ()
     is_joint: bool = False
+    more: tuple[str, ...] = ()
 
 
 PARTITION, GRAPH = drawing.draw_partition, drawing.draw_graph
@@ -58,13 +61,13 @@ KINDS = {
     "sheet": Kind(has_axis=True),
     "levels": Kind((drawing.draw_levels,), level="level", has_axis=True),
     "planes": Kind((drawing.draw_planes,), level="max_level", has_axis=True),
-    "icicle": Kind((drawing.draw_icicle,), 8.0, 4.0, by=("cost", "refs")),
+    "icicle": Kind((drawing.draw_icicle,), 8.0, 4.0, by=("cost", "refs"), more=("model",)),
     "leaves": Kind((drawing.draw_leaf_sizes,), 6.0, 3.6, by=("number", "share", "chance"), is_joint=True),
     "depths": Kind((drawing.draw_depths,), 6.0, 3.6, by=("number", "share", "chance"), is_joint=True),
-    "work": Kind((drawing.draw_work,), 5.6, 4.8, by=("nodes", "cost")),
+    "work": Kind((drawing.draw_work,), 5.6, 4.8, by=("nodes", "cost"), more=("model", "progress")),
     "partition": Kind((PARTITION,), level="max_level", has_axis=True),
     "graph": Kind((GRAPH,), 5.0, 4.0, level="max_level"),
-    "thesis": Kind((PARTITION, GRAPH), level="max_level"),
+    "thesis": Kind((PARTITION, GRAPH), 5.0, 4.3, level="max_level"),
 }
 
 
@@ -154,16 +157,18 @@ def figure_of(order: Order, name: str, trees: Mapping[str, TreeData]) -> Figure:
 
 
 def _beside(order: Order, trees: Mapping[str, TreeData]) -> Figure:
-    """Draw trees side by side; images have one scale."""
-    how, given = order.how, order.given
-    columns = len(how.draw) if len(how.draw) > 1 else min(COLUMNS, len(trees))
+    """Draw trees side by side. Images have one scale, and costs are those of the first tree's steps and tests."""
+    how = order.how
+    first = next(iter(trees.values()))
+    known = {"model": first.settings.cost, "progress": show_progress()}
+    given = order.given | {name: known[name] for name in how.more}
+    columns = len(how.draw) if len(how.draw) > 1 else min(len(trees), int(WIDTH / how.width))
     rows = -(-len(trees) * len(how.draw) // columns)
     figure = new_figure(how.width * columns, how.height * rows)
     with light():
         panels = [figure.add_subplot(rows, columns, i + 1) for i in range(len(trees) * len(how.draw))]
     draws = [(draw, tree) for tree in trees.values() for draw in how.draw]
     for panel, (draw, tree) in zip(panels, draws, strict=True):
-        more = {"progress": show_progress()} if order.kind == "work" else {}
-        draw(tree, **given, **more, ax=panel)
+        draw(tree, **given, ax=panel)
     share_scale(panels)
     return figure

@@ -1,7 +1,7 @@
 """The axes of drawings: figures without pyplot, and colours that print well.
 
-A figure that is made here is light, also in a dark notebook. On axes of the caller's, texts keep the caller's style. No
-function opens a window or keeps a figure alive.
+A figure that is made here is light, also in a dark notebook. Axes of the caller's are light inside, and texts around
+them keep the caller's style. No function opens a window or keeps a figure alive.
 """
 
 from __future__ import annotations
@@ -87,6 +87,7 @@ def axes_of(ax: Axes | None, width: float = 5.0, height: float = 5.0) -> Axes:
     kind: type[Axes] = library("matplotlib.axes").Axes
     if not isinstance(ax, kind):
         raise InputError(f"ax is {type(ax).__name__}; expected Axes of matplotlib, as plt.subplots makes them, or None")
+    ax.set_facecolor(PAPER)
     return ax
 
 

@@ -19,13 +19,16 @@ FEW, FEW_WIDTH, MANY_WIDTH = 63, 1.4, 0.3
 COVERED, OPACITY = 0.5, (0.04, 0.6)
 #: From this number of primitives on, they are pixels in a vector file. So the file stays small.
 PIXELS_FROM = 1_000
-#: How far axes reach beyond the root's box, as a fraction of its longest side.
+#: How far axes reach beyond what is drawn, as a fraction of its longest side.
 MARGIN = 0.04
 
 
 def draw_backdrop(ax: Axes, subject: Subject, view: Projection) -> None:
-    """Draw the primitives of a tree, the finer the more there are, and fit the axes to the root's box."""
-    low, high = view.points(subject.boxes[0])
+    """Draw the primitives of a tree, the finer the more there are, and fit the axes to them and to the root's box."""
+    # The boxes of trees hold the axes of thick lines, and not all of their surfaces.
+    extents = [view.points(part).reshape(-1, 2) for part in (subject.boxes[0], *subject.strokes)]
+    low = np.min([points.min(axis=0) for points in extents], axis=0)
+    high = np.max([points.max(axis=0) for points in extents], axis=0)
     longest = float((high - low).max())
     is_few = subject.n_drawn <= FEW
     width = FEW_WIDTH if is_few else MANY_WIDTH
@@ -34,12 +37,11 @@ def draw_backdrop(ax: Axes, subject: Subject, view: Projection) -> None:
     collection = library("matplotlib.collections").LineCollection
     for part in subject.strokes:
         strokes = view.points(part if part.shape[1] == 2 else np.concatenate([part, part[:, :1]], axis=1))
-        if len(strokes):
-            length = float(np.linalg.norm(np.diff(strokes, axis=1), axis=2).sum()) / (longest or 1.0)
-            opacity = 1.0 if is_few else float(np.clip(COVERED / max(pen * length, COVERED), *OPACITY))
-            drawn = collection(list(strokes), colors=INK, linewidths=width, alpha=opacity, zorder=1)
-            drawn.set_rasterized(subject.n_drawn >= PIXELS_FROM)
-            ax.add_collection(drawn, autolim=False)
+        length = float(np.linalg.norm(np.diff(strokes, axis=1), axis=2).sum()) / (longest or 1.0)
+        opacity = 1.0 if is_few else float(np.clip(COVERED / max(pen * length, COVERED), *OPACITY))
+        drawn = collection(list(strokes), colors=INK, linewidths=width, alpha=opacity, zorder=1)
+        drawn.set_rasterized(subject.n_drawn >= PIXELS_FROM)
+        ax.add_collection(drawn, autolim=False)
     margin = MARGIN * longest or 1.0
     ax.set_aspect("equal")
     ax.set(xlim=(low[0] - margin, high[0] + margin), ylim=(low[1] - margin, high[1] + margin))

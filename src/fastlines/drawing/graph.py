@@ -9,7 +9,7 @@ import numpy as np
 from ..geometry.hit_places import Float64Array
 from ..inspection.outline import Outline, outline_of
 from ..support.texts import counted, listed
-from .axes import axes_of, describe, ordered_colors, without_frame
+from .axes import INK, axes_of, describe, ordered_colors, without_frame
 from .letters import Lettered, kind_of, lettered
 from .subject import AnyTree, require_boxes
 
@@ -84,7 +84,7 @@ def _draw_node(
     axes.text(*at, named.letters[node], color=color, zorder=3, **more)
     if is_cut or not is_inner:
         below: dict[str, Any] = {"textcoords": "offset points", "xytext": (0, -13), "ha": "center", "va": "top"}
-        axes.annotate(_label(outline, node), at, fontsize="x-small", color=axes.title.get_color(), zorder=3, **below)
+        axes.annotate(_label(outline, node), at, fontsize="x-small", color=INK, zorder=3, **below)
 
 
 def _label(outline: Outline, node: int) -> str:

@@ -10,6 +10,7 @@ import numpy.typing as npt
 from ..arrays import IntArray, choice
 from ..geometry.hit_places import Float64Array
 from ..inspection.outline import Outline, outline_of
+from ..settings.settings import Cost
 from ..support.texts import counted, number_text
 from .axes import INNER, LEAF, axes_of, describe, legend, library
 from .subject import AnyTree, require_boxes
@@ -37,7 +38,9 @@ class Bars(NamedTuple):
     level: IntArray
 
 
-def draw_icicle(tree: AnyTree, *, by: Literal["cost", "refs"] = "cost", ax: Axes | None = None) -> Axes:
+def draw_icicle(
+    tree: AnyTree, *, by: Literal["cost", "refs"] = "cost", model: Cost | None = None, ax: Axes | None = None
+) -> Axes:
     """Draw the share of each node in the cost of the tree, as an icicle.
 
     The root is the bar at the top, as wide as the cost of the tree. Below each inner node are its children, each as
@@ -50,6 +53,8 @@ def draw_icicle(tree: AnyTree, *, by: Literal["cost", "refs"] = "cost", ax: Axes
     tree : Tree or theory.Node
     by : {"cost", "refs"}
         What widths are shares of: the cost, or the references at or below a node.
+    model : Cost, optional
+        The costs of a step and of a test; by default those of the build.
     ax : Axes, optional
         Where to draw; by default on a new figure.
 
@@ -65,7 +70,7 @@ def draw_icicle(tree: AnyTree, *, by: Literal["cost", "refs"] = "cost", ax: Axes
     >>> bool(abs(ax.get_xlim()[1] - tree.cost(by="g")) < 1e-9)
     True
     """
-    axes, outline = axes_of(ax, 8.0, 4.0), outline_of(tree)
+    axes, outline = axes_of(ax, 8.0, 4.0), outline_of(tree, model)
     require_boxes(outline)
     width = outline.cost_below if choice("by", by, SHARES) == "cost" else outline.n_refs.astype(np.float64)
     start, whole = starts(outline, width), float(width[0])
@@ -94,10 +99,9 @@ def _notes(outline: Outline, by: str, narrow: npt.NDArray[np.bool_], n_levels: i
     """Return how the cost is divided, and what is merged or too narrow to see, in words."""
     tests = float(outline.own_cost[outline.is_leaf].sum() / outline.cost_below[0])
     notes = [f"steps in inner nodes {1 - tests:.0%}, tests in leaves {tests:.0%}"] if by == "cost" else []
-    if narrow.any():
-        n_leaves = int((narrow & outline.is_leaf).sum())
-        counts = counted(int(narrow.sum()) - n_leaves, "inner nodes"), counted(n_leaves, "leaves")
-        notes.append(f"pale: {' and '.join(counts)}, each narrower than 1/{COLUMNS}")
+    kinds = {"inner nodes": narrow & ~outline.is_leaf, "leaves": narrow & outline.is_leaf}
+    counts = [counted(int(which.sum()), nouns) for nouns, which in kinds.items() if which.any()]
+    notes += [f"pale: {' and '.join(counts)}, each narrower than 1/{COLUMNS}"] if counts else []
     hidden = len(outline.levels) - n_levels
     return [*notes, *([f"{counted(hidden, 'levels')} further down are too narrow to see"] if hidden else [])]
 

@@ -99,7 +99,9 @@ def _draw_boxes(axes: Axes, subject: Subject, named: Lettered, view: Projection,
         write(axes, text, at, color)
     low, high = rectangles[0][0], rectangles[0][2]
     margin = MARGIN * float((high - low).max()) or 1.0
-    axes.set(xlim=(low[0] - margin, high[0] + margin), ylim=(low[1] - margin, high[1] + margin))
+    (x0, x1), (y0, y1) = axes.get_xlim(), axes.get_ylim()
+    axes.set(xlim=(min(x0, low[0] - margin), max(x1, high[0] + margin)))
+    axes.set(ylim=(min(y0, low[1] - margin), max(y1, high[1] + margin)))
     return []
 
 
@@ -130,8 +132,8 @@ def number_prims(axes: Axes, subject: Subject, view: Projection) -> Float64Array
 
     Primitives of several strokes each, such as curves, have no numbers.
     """
-    strokes = [view.points(part) for part in subject.strokes if len(part)]
-    taken = np.concatenate([along_strokes(part) for part in strokes]) if strokes else np.empty((0, 2))
+    strokes = [view.points(part) for part in subject.strokes]
+    taken = np.concatenate([np.empty((0, 2)), *map(along_strokes, strokes)])
     if len(strokes) != 1 or not len(strokes[0]) == subject.n_prims <= MAX_NUMBERED:
         return taken
     middles = strokes[0].mean(axis=1)

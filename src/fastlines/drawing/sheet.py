@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..inspection.outline import outline_of
 from ..progress import ProgressCallback, ProgressOption, reporting, staged
+from ..settings.settings import Cost
 from ..structure.tree_data import TreeData
 from ..support.texts import counted, number_text
 from .axes import light, new_figure, share_scale
@@ -71,7 +72,8 @@ def draw_sheet(trees: Trees, *, title: str = "", axis: AxisOption = None, progre
     Parameters
     ----------
     trees : Tree or theory.Node; or a sequence of them, or a mapping from labels to them
-        Several trees have a row each, and their work has one scale. Their leaves are compared in the last row.
+        Several trees have a row each, and their leaves are compared in the last row. Their costs are those of the
+        first tree's steps and tests, so they can be compared.
     title : str
         What the trees are over.
     axis : {"x", "y", "z"}, optional
@@ -92,25 +94,25 @@ def draw_sheet(trees: Trees, *, title: str = "", axis: AxisOption = None, progre
     'spaghetti'
     """
     named = labelled(trees)
+    first = next(iter(named.values()))
+    model = outline_of(first).model
     for tree in named.values():
         require_boxes(outline_of(tree))
-    facts = [f"{label}: {facts_of(tree)}" for label, tree in named.items()]
+    facts = [f"{label}: {facts_of(tree, model)}" for label, tree in named.items()]
     with light(), reporting(progress, "draw") as callback:
-        figure = (
-            _one(next(iter(named.values())), axis, callback) if len(named) == 1 else _several(named, axis, callback)
-        )
-        figure.suptitle("\n".join(filter(None, [title, *facts])))
+        figure = _one(first, axis, callback) if len(named) == 1 else _several(named, model, axis, callback)
+        steps = f"cost with a step of {model.c_trav:g}, a test of {model.c_prim:g}"
+        figure.suptitle("\n".join(filter(None, [title, *facts, steps])))
     return figure
 
 
-def facts_of(tree: AnyTree) -> str:
+def facts_of(tree: AnyTree, model: Cost | None = None) -> str:
     """Return the numbers of a tree, in words."""
-    outline = outline_of(tree)
+    outline = outline_of(tree, model)
     n_prims = tree.n_prims if isinstance(tree, TreeData) else len(tree.prims)
     counts = {"primitives": n_prims, "references": len(outline.prims), "nodes": outline.n_nodes}
     words = [counted(number, nouns) for nouns, number in counts.items()]
-    model = f"a step {outline.model.c_trav:g}, a test {outline.model.c_prim:g}"
-    return ", ".join([*words, f"cost {number_text(float(outline.cost_below[0]))} ({model})"])
+    return ", ".join([*words, f"cost {number_text(float(outline.cost_below[0]))}"])
 
 
 def _views(tree: AnyTree, levels: Sequence[int], axis: AxisOption) -> list[Callable[..., object]]:
@@ -139,7 +141,7 @@ def _one(tree: AnyTree, axis: AxisOption, callback: ProgressCallback | None) -> 
     return figure
 
 
-def _several(trees: Mapping[str, AnyTree], axis: AxisOption, callback: ProgressCallback | None) -> Figure:
+def _several(trees: Mapping[str, AnyTree], model: Cost, axis: AxisOption, callback: ProgressCallback | None) -> Figure:
     """Draw a row for each tree: two views of its boxes, its cost and its work; then the leaves of all."""
     figure = new_figure(13.6, 3.4 * len(trees) + 3.2)
     parts: Any = figure.subfigures(len(trees) + 1, 1)
@@ -149,9 +151,9 @@ def _several(trees: Mapping[str, AnyTree], axis: AxisOption, callback: ProgressC
         *views, cost, work = row.subplots(1, 4, width_ratios=(1, 1, 1.4, 1.1))
         for panel, draw in zip_longest(views, _views(tree, ROW_LEVELS, axis)):
             draw(ax=panel) if draw else panel.set_axis_off()
-        draw_icicle(tree, ax=cost)
+        draw_icicle(tree, model=model, ax=cost)
         done = staged(callback, i / len(trees), (i + 1) / len(trees))
-        panels.append(draw_work(tree, by="cost", ax=work, progress=done or False))
+        panels.append(draw_work(tree, by="cost", model=model, ax=work, progress=done or False))
     share_scale(panels)
     _draw_leaves(leaves, trees, "share")
     return figure

@@ -23,6 +23,8 @@ AnyTree: TypeAlias = TreeData | Node
 
 #: About the most primitives that are drawn; more are represented by some that are spaced evenly.
 MAX_PRIMS = 20_000
+#: The corners of the circles that show a sphere.
+CORNERS = 32
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,7 +51,7 @@ class Subject:
     @property
     def notes(self) -> list[str]:
         """Whether only some of the primitives are drawn, in words."""
-        return [f"{self.n_drawn:,} of {self.n_prims:,} primitives are drawn"] if self.n_drawn < self.n_prims else []
+        return [f"{self.n_drawn:,} of {self.n_prims:,} primitives drawn"] if self.n_drawn < self.n_prims else []
 
 
 def subject_of(tree: AnyTree, most: int = MAX_PRIMS) -> Subject:
@@ -70,7 +72,7 @@ def subject_of(tree: AnyTree, most: int = MAX_PRIMS) -> Subject:
         n_prims, offset = len(tree.prims), np.zeros(3)
         some = tree.prims if n_prims <= most else [tree.prims[i * n_prims // most] for i in range(most)]
         strokes, n_drawn = _of_theory(some), len(some)
-    moved = tuple(part + offset for part in strokes)
+    moved = tuple(part + offset for part in strokes if len(part))
     return Subject(outline, outline.boxes + offset, moved, n_drawn, n_prims)
 
 
@@ -82,13 +84,27 @@ def require_boxes(outline: Outline) -> None:
         raise InputError(f"the root's box is {outline.boxes[0].tolist()}; only finite boxes can be drawn")
 
 
-def _outlines(parts: tuple[AnyGeometry, ...]) -> tuple[Float64Array, ...]:
-    return tuple(part.outlines()[0] for part in parts)
+def _outlines(parts: tuple[AnyGeometry, ...]) -> list[Float64Array]:
+    """Return strokes and polygons; of spheres, which are strokes without a length, three rings."""
+    found = list[Float64Array]()
+    for part in parts:
+        strokes, radii = part.outlines()
+        is_ball = (strokes == strokes[:, :1]).all(axis=(1, 2)) & (radii[:, 0] > 0)
+        found += [strokes[~is_ball], _rings(strokes[is_ball, 0], radii[is_ball, 0])]
+    return found
 
 
-def _of_theory(prims: Sequence[Primitive]) -> tuple[Float64Array, ...]:
+def _rings(centres: Float64Array, radii: Float64Array) -> Float64Array:
+    """Return a circle around each centre in each of three planes, as polygons: (3n, CORNERS, 3)."""
+    angles = np.linspace(0, 2 * np.pi, CORNERS, endpoint=False)
+    circle = np.stack([np.cos(angles), np.sin(angles), np.zeros(CORNERS)], axis=1)
+    rings = np.stack([np.roll(circle, axis, axis=1) for axis in range(3)])
+    return np.asarray(centres[:, None, None] + radii[:, None, None, None] * rings).reshape(-1, CORNERS, 3)
+
+
+def _of_theory(prims: Sequence[Primitive]) -> list[Float64Array]:
     """Return segments as such, and other primitives as the sides of their boxes."""
     ends = [(prim.start, prim.end) for prim in prims if isinstance(prim, Segment)]
     boxes = [prim.bounds() for prim in prims if not isinstance(prim, Segment)]
     strokes = [np.array(ends, np.float64).reshape(-1, 2, 3)]
-    return (*strokes, Boxes(np.array(boxes)).outlines()[0]) if boxes else tuple(strokes)
+    return [*strokes, Boxes(np.array(boxes)).outlines()[0]] if boxes else strokes

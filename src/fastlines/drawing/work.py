@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -16,6 +16,7 @@ from ..inspection.outline import Outline, outline_of
 from ..progress import ProgressOption, reporting
 from ..rendering import default_camera
 from ..rendering.node_visits import sum_over_visits
+from ..settings.settings import Cost
 from ..structure.tree_data import TreeData
 from ..support.texts import number_text
 from ..theory.primitive import Segment
@@ -29,6 +30,8 @@ if TYPE_CHECKING:
 MEASURES = ("nodes", "cost")
 #: The colour map of the rendering's look "work", and the quantile that has its last colour.
 MAP, BRIGHT = "inferno", 0.995
+#: The size of the colour bar, which is about as high as a square image, and its distance.
+BAR: dict[str, Any] = {"fraction": 0.046, "pad": 0.03}
 #: The most pixels a side.
 MAX_SIZE = 2048
 
@@ -41,6 +44,7 @@ def draw_work(
     size: int = 192,
     radius: float = 0.0,
     most: float | None = None,
+    model: Cost | None = None,
     progress: ProgressOption = False,
     ax: Axes | None = None,
 ) -> Axes:
@@ -63,6 +67,8 @@ def draw_work(
     most : float, optional
         The number that has the brightest colour; by default the 99.5 % quantile of pixels that hit something. With the
         same number, two trees can be compared.
+    model : Cost, optional
+        The costs of a step and of a test; by default those of the build.
     progress : bool or callable
     ax : Axes, optional
         Where to draw; by default on a new figure.
@@ -79,7 +85,7 @@ def draw_work(
     >>> fl.drawing.draw_work(tree, size=8).images[0].get_array().shape
     (8, 8)
     """
-    axes, outline = axes_of(ax, 5.6, 4.8), outline_of(tree)
+    axes, outline = axes_of(ax, 5.6, 4.8), outline_of(tree, model)
     require_boxes(outline)
     work = work_of_pixels(tree, outline, choice("by", by, MEASURES), camera, size, radius, progress)
     hit = work[work > 0]
@@ -88,7 +94,7 @@ def draw_work(
     image = axes.imshow(work, cmap=MAP, vmin=0, vmax=brightest, interpolation="nearest")
     without_frame(axes)
     color = axes.title.get_color()
-    bar = axes.figure.colorbar(image, ax=axes, extend="max" if work.max() > brightest else "neither", pad=0.02)
+    bar = axes.figure.colorbar(image, ax=axes, extend="max" if work.max() > brightest else "neither", **BAR)
     bar.set_label("nodes visited by a ray" if by == "nodes" else "cost of a ray: its steps and tests", color=color)
     bar.ax.tick_params(colors=color)
     mean = number_text(float(hit.mean()) if len(hit) else 0.0)
