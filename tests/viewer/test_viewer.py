@@ -89,6 +89,12 @@ def test_trees_of_the_same_method_have_different_names() -> None:
     assert [pane.name for pane in make_panes(TREE, TREE)] == ["bvh-d2 1", "bvh-d2 2"]
 
 
+def test_costs_of_both_trees_are_those_of_the_first_ones_steps() -> None:
+    panes = make_panes(TREE, "kd-cl")
+    assert [pane.outline.model for pane in panes] == [TREE.settings.cost] * 2
+    assert panes[1].tree.settings.cost != TREE.settings.cost
+
+
 def test_a_viewer_is_silent_serves_on_the_loopback_address_and_ends(capfd: pytest.CaptureFixture[str]) -> None:
     pytest.importorskip("viser")
     first = fl.view(TREE)

@@ -10,6 +10,7 @@ import numpy as np
 from ..camera import Camera
 from ..errors import InputError
 from ..geometry.hit_places import Float64Array
+from ..inspection.outline import Outline
 from ..inspection.slabs import enter
 from ..inspection.traversal import trace_ray
 from ..rendering.default_view import default_view
@@ -83,7 +84,7 @@ class Drawing:
 
     def facts(self) -> str:
         """Return what is known of the trees, as HTML."""
-        columns = [tree_facts(pane.tree) for pane in self.panes]
+        columns = [tree_facts(pane.tree, pane.outline) for pane in self.panes]
         rows = [[name, *(column[name] for column in columns)] for name in columns[0]]
         return Table(["tree", *(pane.name for pane in self.panes)], rows).html()
 
@@ -174,22 +175,25 @@ class Drawing:
         return index, int(found[-1])
 
 
-def tree_facts(tree: TreeData) -> dict[str, str]:
-    """Return figures of a tree that fit beside those of another.
+def tree_facts(tree: TreeData, outline: Outline) -> dict[str, str]:
+    """Return figures of a tree that fit beside those of another; its cost is by the model of the outline.
 
     Examples
     --------
     >>> import fastlines as fl
-    >>> tree_facts(fl.build([[[-1, -1, -1], [1, 1, 1]]], "kd-d2"))["nodes, levels"]
-    '1, 1'
+    >>> from fastlines.inspection import outline_of
+    >>> tree = fl.build([[[-1, -1, -1], [1, 1, 1]]], "kd-d2")
+    >>> tree_facts(tree, outline_of(tree))["cost, c_trav 0.6"]
+    '1'
     """
-    stats = tree.stats()
+    stats, model = tree.stats(), outline.model
+    name = f"cost, c_trav {model.c_trav:g}" + (f", c_prim {model.c_prim:g}" if model.c_prim != 1 else "")
     per_prim = f", {stats['refs_per_prim']:.3g} a primitive" if stats["n_refs"] != stats["n_prims"] else ""
     return {
         "nodes, levels": f"{stats['n_nodes']:,}, {stats['depth'] + 1}",
         "references": f"{stats['n_refs']:,}{per_prim}",
         "in a leaf": f"{stats['mean_leaf_refs']:.3g}, {stats['largest_leaf_refs']:,} at most",
-        "cost": f"{stats['cost']:,.6g}",
+        name: f"{outline.cost_below[0]:,.6g}",
     }
 
 

@@ -10,6 +10,7 @@ from ..errors import InputError
 from ..inspection.outline import Outline, outline_of
 from ..inspection.traversal import Traversal, trace_ray
 from ..rendering.color.palette import hexadecimal, mapped
+from ..settings.settings import Cost
 from ..support.distinct import distinct
 from ..tree import Tree
 from .choices import ALL, NONE, TESTED, Choices
@@ -44,6 +45,8 @@ class Pane:
         What the page calls it.
     group : str
         The group of its names on the stage.
+    model : Cost
+        The costs of a step and of a test.
     most : int
         About the most strokes that draw its lines.
     way : Traversal or None
@@ -53,13 +56,14 @@ class Pane:
     tree: Tree
     name: str
     group: str
+    model: Cost
     most: int = MAX_SHOWN
     way: Traversal | None = None
     outline: Outline = field(init=False, repr=False)
     _drawn: tuple[object, Strokes] | None = field(init=False, default=None, repr=False)
 
     def __post_init__(self) -> None:
-        self.outline = outline_of(self.tree)
+        self.outline = outline_of(self.tree, self.model)
 
     def shoot(self, choices: Choices) -> None:
         """Follow the ray that is chosen through the tree.

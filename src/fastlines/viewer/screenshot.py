@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -34,7 +35,7 @@ def screenshot(client: Any, legend: LineLegend | None = None) -> bytes:
     image.alpha_composite(Image.fromarray(pixels))
     shown = np.asarray(image.convert("RGB"))
     if legend is not None and legend.bar is not None:
-        shown = draw_legend(shown, legend.bar)
+        shown = draw_legend(shown, replace(legend.bar, title=legend.title.partition(":")[0]))
     stream = io.BytesIO()
     Image.fromarray(shown).save(stream, "PNG")
     return stream.getvalue()

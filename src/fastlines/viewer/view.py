@@ -79,7 +79,10 @@ def view(
 
 
 def make_panes(tree: Tree, against: Tree | str | None = None) -> list[Pane]:
-    """Check the trees of a page, and build the second one if a method is named."""
+    """Check the trees of a page, and build the second one if a method is named.
+
+    The costs of both are those of the first one's steps and tests, so that they can be compared.
+    """
     _check_tree(tree, "tree")
     geometry = tree.geometry
     if not len(geometry):
@@ -99,7 +102,8 @@ def make_panes(tree: Tree, against: Tree | str | None = None) -> list[Pane]:
     names = [each.method for each in trees]
     if len(set(names)) < len(names):
         names = [f"{name} {i}" for i, name in enumerate(names, 1)]
-    return [Pane(each, name, f"/{i}") for i, (each, name) in enumerate(zip(trees, names, strict=True))]
+    model = tree.settings.cost
+    return [Pane(each, name, f"/{i}", model) for i, (each, name) in enumerate(zip(trees, names, strict=True))]
 
 
 def _check_tree(tree: object, name: str) -> None:
