@@ -6,6 +6,7 @@ of notebooks. A link that leads nowhere makes the build fail.
 
 from __future__ import annotations
 
+import re
 from html.parser import HTMLParser
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -61,7 +62,27 @@ def check(app: Sphinx, error: Exception | None) -> None:
             app.statuscode = 1
 
 
+def correct_backlinks(app: Sphinx, pagename: str, template: str, context: dict[str, Any], doctree: Any) -> None:
+    """Lead from source to where names are documented.
+
+    Sphinx takes the module of the first documented name for all names of a file. But `fastlines.view` and
+    `fastlines.viewer.viewer.Viewer`, for example, are in one file.
+    """
+    if not pagename.startswith("_modules/"):
+        return
+    known = app.env.get_domain("py").objects  # type: ignore[attr-defined]
+    module = pagename.removeprefix("_modules/").replace("/", ".")
+
+    def documented(link: re.Match[str]) -> str:
+        parts = link[2].split(".")
+        names = [link[2], *(".".join([module, *parts[i:]]) for i in range(1, len(parts)))]
+        return link[1] + next((name for name in names if name in known), link[2])
+
+    context["body"] = re.sub(r'(class="viewcode-back" href="[^"#]*#)([\w.]+)', documented, context["body"])
+
+
 def setup(app: Sphinx) -> dict[str, Any]:
-    """Check after the build."""
+    """Connect the steps."""
+    app.connect("html-page-context", correct_backlinks)
     app.connect("build-finished", check)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

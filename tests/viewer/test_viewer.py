@@ -48,7 +48,7 @@ BAD = {
     "color": (lambda: fl.view(TREE, color="deph"), "did you mean 'depth'"),
     "level": (lambda: fl.view(TREE, level=99), "level=99; expected a whole number, 0 to"),
     "radius": (lambda: fl.view(TREE, radius=-1), "radius=-1"),
-    "port": (lambda: fl.view(TREE, port=-1), "port=-1; expected a whole number from 1 to 65535"),
+    "port": (lambda: fl.view(TREE, port=-1), "port=-1; expected a whole number, 0 to 65535"),
     "high port": (lambda: fl.view(TREE, port=70000), "port=70000"),
 }
 
@@ -104,6 +104,16 @@ def test_a_viewer_is_silent_serves_on_the_loopback_address_and_ends(capfd: pytes
     with pytest.raises(OSError, match="refused"):
         urllib.request.urlopen(first.url)
     assert capfd.readouterr() == ("", "")
+
+
+def test_pages_of_other_sites_do_not_reach_the_scene(viewer: Viewer) -> None:
+    client = pytest.importorskip("websockets.sync.client")
+    exceptions = pytest.importorskip("websockets.exceptions")
+    address, protocol = viewer.url.replace("http", "ws"), [f"viser-v{pytest.importorskip('viser').__version__}"]
+    with client.connect(address, origin=viewer.url, subprotocols=protocol) as own:
+        assert len(own.recv()) > 0
+    with pytest.raises(exceptions.InvalidStatus, match="403"):
+        client.connect(address, origin="https://elsewhere.example", subprotocols=protocol)
 
 
 def test_a_ray_is_followed_through_both_trees(viewer: Viewer) -> None:

@@ -8,8 +8,10 @@ import socket
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import partial
 from typing import Any
 
+from ..arrays import count
 from ..errors import InputError
 from ..support.optional import optional
 
@@ -25,7 +27,7 @@ def viser() -> Any:
 
 
 def free_port(port: int | None) -> int:
-    """Return a port to serve on: the given one, or by default the first free one from 8080 on.
+    """Return a port to serve on: the given one, for 0 any, and by default the first free one from 8080 on.
 
     Raises
     ------
@@ -37,8 +39,11 @@ def free_port(port: int | None) -> int:
         if free is None:
             raise InputError(f"ports {PORTS[0]} to {PORTS[-1]} are all in use; name another one by port=")
         return free
-    if not isinstance(port, int) or isinstance(port, bool) or not 1 <= port <= 65535:
-        raise InputError(f"port={port!r}; expected a whole number from 1 to 65535")
+    count("port", port, 0, 65535)
+    if port == 0:
+        with socket.socket() as probe:
+            probe.bind((HOST, 0))
+            return int(probe.getsockname()[1])
     if (reason := _refusal(port)) is not None:
         raise InputError(f"port {port} {reason}; choose another one, or none to take a free one")
     return port
@@ -59,7 +64,7 @@ def _refusal(port: int) -> str | None:
 
 
 def start_server(port: int | None) -> Any:
-    """Start a server of viser on a port as `free_port` chooses it, or on any port if it is 0; say nothing.
+    """Start a server of viser on a port as `free_port` chooses it, and say nothing.
 
     Raises
     ------
@@ -67,14 +72,26 @@ def start_server(port: int | None) -> Any:
         As in `free_port`.
     """
     while True:
-        wanted = 0 if port == 0 and port is not False else free_port(port)
-        with _silent():
+        wanted = free_port(port)
+        with _silent(), _of_own_pages(wanted):
             server = viser().ViserServer(host=HOST, port=wanted, verbose=False)
         # No page may publish the scene on a server elsewhere.
         server.request_share_url = lambda verbose=True: None
-        if wanted in (0, server.get_port()):
+        if server.get_port() == wanted:
             return server
         stop_server(server)  # somebody has taken the port meanwhile
+
+
+@contextmanager
+def _of_own_pages(port: int) -> Iterator[None]:
+    """Let a server that starts here accept only connections of its own pages: browsers let any site connect."""
+    module = optional("websockets.asyncio.server", "the viewer", "view")
+    serve, origins = module.serve, [None, *(f"http://{host}:{port}" for host in (HOST, "localhost"))]
+    module.serve = partial(serve, origins=origins)
+    try:
+        yield
+    finally:
+        module.serve = serve
 
 
 def stop_server(server: Any) -> None:
