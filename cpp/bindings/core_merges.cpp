@@ -1,10 +1,9 @@
 // Answers of the parts of a whole, merged: pairs, and what is near points or in boxes.
-#include <nanobind/stl/vector.h>
-
 #include "core.hpp"
 #include "fastlines/query/proximity/merge_lists.hpp"
 #include "fastlines/query/proximity/merge_pairs.hpp"
 #include "pairs.hpp"
+#include "sequences.hpp"
 
 namespace nb = nanobind;
 using namespace nb::literals;
@@ -15,9 +14,10 @@ namespace {
 /// A sorted list of pairs: i, j, s, t, and the distance.
 using RunArrays = std::tuple<Input<std::int64_t>, Input<std::int64_t>, Input<float>, Input<float>, Input<float>>;
 
-PairTuple merged_pairs(const std::vector<RunArrays>& lists, unsigned n_threads, nb::object progress) {
+PairTuple merged_pairs(Sequence<RunArrays> lists, unsigned n_threads, nb::object progress) {
+  const std::vector<RunArrays> arrays = vector_of<RunArrays>(lists);
   std::vector<PairRun> runs;
-  for (const auto& [i, j, s, t, distance] : lists)
+  for (const auto& [i, j, s, t, distance] : arrays)
     runs.push_back(
         {rows<std::int64_t>(i), rows<std::int64_t>(j), rows<float>(s), rows<float>(t), rows<float>(distance)});
   return watch_pairs(progress, [&](Progress& watched) { return PairMerge(runs).merged(n_threads, watched); });
@@ -30,10 +30,11 @@ using PartArrays = std::tuple<Input<std::int64_t>, Input<std::int64_t>, Input<st
 /// Offsets, primitives, distances and s; these are empty where the parts have none.
 using MergedTuple = std::tuple<Output<std::int64_t>, Output<std::int64_t>, Output<float>, Output<float>>;
 
-MergedTuple merged_lists(std::size_t n_points, const std::vector<PartArrays>& lists, bool has_distance,
-                         unsigned n_threads, nb::object progress) {
+MergedTuple merged_lists(std::size_t n_points, Sequence<PartArrays> lists, bool has_distance, unsigned n_threads,
+                         nb::object progress) {
+  const std::vector<PartArrays> arrays = vector_of<PartArrays>(lists);
   std::vector<PartLists> parts;
-  for (const auto& [points, offsets, prims, distance, s] : lists)
+  for (const auto& [points, offsets, prims, distance, s] : arrays)
     parts.push_back({rows<std::int64_t>(points), rows<std::int64_t>(offsets), rows<std::int64_t>(prims),
                      rows_or_none<float>(distance), rows_or_none<float>(s)});
   MergedLists found;

@@ -3,22 +3,24 @@
 
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/tuple.h>
-#include <nanobind/stl/vector.h>
 
 #include "arrays.hpp"
 #include "fastlines/query/proximity/for_each_point.hpp"
 #include "fastlines/rays/spread_ray.hpp"
+#include "sequences.hpp"
 #include "watch.hpp"
 
 namespace fastlines {
 
 /// What points see (query/proximity/seen.hpp): hidden rows; the owner of each row; and numbers that each point leaves
 /// out, (n_points, m), with the number of each row.
-using SeenArrays = std::tuple<std::optional<Input<std::uint8_t>>, std::optional<Input<std::int64_t>>,
-                              std::vector<std::tuple<Input<std::int64_t>, std::optional<Input<std::int64_t>>>>>;
+using IgnoredArrays = std::tuple<Input<std::int64_t>, std::optional<Input<std::int64_t>>>;
+using SeenArrays =
+    std::tuple<std::optional<Input<std::uint8_t>>, std::optional<Input<std::int64_t>>, Sequence<IgnoredArrays>>;
 
 inline Seen seen_of(const SeenArrays& arrays) {
-  const auto& [hidden, owner, ignored] = arrays;
+  const auto& [hidden, owner, sequence] = arrays;
+  const std::vector<IgnoredArrays> ignored = vector_of<IgnoredArrays>(sequence);
   Seen seen;
   if (ignored.size() > std::size(seen.ignored)) throw std::invalid_argument("points leave out two kinds at most");
   if (hidden) seen.hidden = rows<std::uint8_t>(*hidden);

@@ -4,9 +4,9 @@
 #include <nanobind/nanobind.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/variant.h>
-#include <nanobind/stl/vector.h>
 
 #include "fastlines/build/settings.hpp"
+#include "sequences.hpp"
 
 namespace fastlines {
 
@@ -62,13 +62,13 @@ inline void bind_settings(nanobind::module_& m) {
   nb::class_<Settings>(m, "Settings")
       .def(
           "__init__",
-          [](Settings* self, Splits splits, const std::string& boxes, std::vector<int> lookahead, std::size_t beam,
+          [](Settings* self, Sequence<SizedSplitSet> splits, const std::string& boxes, Sequence<int> lookahead, std::size_t beam,
              bool exhaustive, double c_trav, double c_prim, std::size_t lanes, const Limits& limits, int bad_levels,
              std::size_t bad_refs, int bad_refines, bool prune, double radius_hint, double min_spread,
              const Presplit& presplit, unsigned n_threads) {
-            new (self) Settings{.splits = std::move(splits),
+            new (self) Settings{.splits = vector_of<SizedSplitSet>(splits),
                                 .boxes = box_rule(boxes),
-                                .lookahead = std::move(lookahead),
+                                .lookahead = vector_of<int>(lookahead),
                                 .beam = beam,
                                 .exhaustive = exhaustive,
                                 .bad_levels = bad_levels,

@@ -333,11 +333,25 @@ def test_errors_name_the_path_that_was_given(tmp_path, monkeypatch):
     assert names(tmp_path) == ["a.flt"]
 
 
+def test_a_lock_that_does_not_close_is_no_error(tmp_path, monkeypatch):
+    close = os.close
+
+    def failing(descriptor):
+        close(descriptor)
+        raise OSError(errno.EIO, "Input/output error")
+
+    monkeypatch.setattr(os, "close", failing)
+    write(tmp_path / "a.flt")
+    monkeypatch.undo()
+    assert names(tmp_path) == ["a.flt"]
+    assert (tmp_path / "a.flt").read_text() == "new"
+
+
 @pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() == 0, reason="root may write everywhere")
 def test_no_permission(tmp_path):
     (tmp_path / "locked").mkdir(0o500)
     with pytest.raises(PermissionError, match=r"the folder .*locked cannot be written to: '.*a\.flt'"):
         TREE.save(tmp_path / "locked" / "a.flt")
     (tmp_path / "a.flt").touch(0o400)
-    with pytest.raises(PermissionError, match=r"the file is there and cannot be written to: '.*a\.flt'"):
+    with pytest.raises(PermissionError, match=r"the file exists and cannot be written to: '.*a\.flt'"):
         TREE.save(tmp_path / "a.flt")

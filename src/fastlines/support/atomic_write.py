@@ -71,7 +71,8 @@ def atomic_write(path: str | os.PathLike[str], *, durable: bool = True) -> Itera
     finally:
         with contextlib.suppress(OSError):
             partial.unlink()
-        os.close(lock)
+        with contextlib.suppress(OSError):  # nothing was written by this descriptor, and it is closed in any case
+            os.close(lock)
 
 
 def check_target(path: str | os.PathLike[str]) -> Path:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from fastlines.arrays import did_you_mean
-from fastlines.cli.app import Group
+from fastlines.cli.app import Group, app
 from fastlines.cli.files import SCENE, check_output, note, open_lines, show_progress
 from fastlines.cli.options import Effort
 from fastlines.cuda import program as cuda_program
@@ -16,6 +16,7 @@ from fastlines.cuda.scene import upload as upload_scene
 from fastlines.engines import engine as compiled_engine
 from fastlines.engines import use_engine
 from fastlines.errors import FastlinesError
+from fastlines.io import known_formats
 from fastlines.query.proximity.pair_query import check_pairs
 from fastlines.query.proximity.pair_sets import row_arrays
 from fastlines.query.proximity.strand_places import strand_places
@@ -70,6 +71,7 @@ __all__ = [
     "ShadingContext",
     "Sky",
     "Surfaces",
+    "app",
     "atomic_write",
     "best_settings",
     "check_output",
@@ -84,6 +86,7 @@ __all__ = [
     "format_3_digits",
     "grey",
     "hashed",
+    "known_formats",
     "limit_notes",
     "longitudinal",
     "map_in_threads",

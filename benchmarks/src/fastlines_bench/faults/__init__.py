@@ -1,0 +1,1 @@
+"""Faults injected: allocations, new threads, and calls that write files fail in turn."""
