@@ -317,7 +317,7 @@ def test_errors_name_the_path_that_was_given(tmp_path, monkeypatch):
 
     assert fails(OSError(errno.ENOSPC, "No space left on device")) == "[Errno 28] No space left on device: 'a.flt'"
     assert fails(OSError(errno.EIO, "Input/output error", "b.flt")) == "[Errno 5] Input/output error: 'b.flt'"
-    assert fails(OSError("disk full")) == "disk full"
+    assert fails(OSError("disk full")) == "a.flt: disk full"
 
     def refuse(partial: Path, target: Path) -> None:
         raise OSError(errno.EXDEV, "Invalid cross-device link", str(partial), None, str(target))
@@ -331,6 +331,27 @@ def test_errors_name_the_path_that_was_given(tmp_path, monkeypatch):
     with pytest.raises(NotADirectoryError, match=r"'a\.flt'$"), atomic_write("a.flt") as partial:
         (partial / "x").read_bytes()
     assert names(tmp_path) == ["a.flt"]
+
+
+def test_the_first_error_of_a_library_is_named_not_its_last(tmp_path):
+    def closed():
+        raise OSError("error closing file")
+
+    def write_and_close():
+        try:
+            raise OSError(errno.ENOSPC, "No space left on device")
+        finally:
+            closed()
+
+    path = tmp_path / "a.flt"
+    with pytest.raises(OSError, match=r"\[Errno 28\] No space left on device: '.*a\.flt'"), atomic_write(path):
+        write_and_close()
+    try:
+        raise FileNotFoundError(errno.ENOENT, "another error, which is being handled", "b.flt")
+    except FileNotFoundError:
+        with pytest.raises(OSError, match=r"^.*a\.flt: error closing file$"), atomic_write(path):
+            closed()
+    assert names(tmp_path) == []
 
 
 def test_a_lock_that_does_not_close_is_no_error(tmp_path, monkeypatch):

@@ -5,8 +5,8 @@ from __future__ import annotations
 import gzip
 import os
 import shutil
-import tempfile
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 from ..errors import FileWarning, InputError
@@ -72,7 +72,7 @@ def write(path: str | os.PathLike[str], lines: Any, **options: Any) -> None:
         geometry = with_offset(geometry, None)
     extension, packed = extension_of(target)
     # Libraries want the usual extension, and gzip a whole file.
-    with atomic_write(target) as partial, tempfile.TemporaryDirectory(dir=partial.parent) as folder:
+    with atomic_write(target) as partial, TemporaryDirectory(prefix=partial.name, dir=partial.parent) as folder:
         plain = Path(folder) / f"lines{extension}"
         try:
             lost += row.write(geometry, plain, **options) or []

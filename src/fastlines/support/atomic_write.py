@@ -12,6 +12,7 @@ import errno
 import os
 import re
 import stat
+import sys
 import uuid
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -52,6 +53,7 @@ def atomic_write(path: str | os.PathLike[str], *, durable: bool = True) -> Itera
     target = check_target(named)
     before = target.stat() if target.exists() else None
     _remove_left_over(target)
+    outer = sys.exc_info()[1]
     lock, partial = _create(target, 0o666 if before is None else 0o600, named)
     try:
         yield partial
@@ -64,8 +66,11 @@ def atomic_write(path: str | os.PathLike[str], *, durable: bool = True) -> Itera
             _sync_folder(target.parent)
     except Exception as error:
         # Name the path that was given, not the partial file.
-        if isinstance(error, OSError) and error.errno and str(partial) in str(error.filename or partial):
-            raise OSError(error.errno, error.strerror, named) from None
+        failed = _with_number(error, outer) if isinstance(error, OSError) else None
+        if failed is not None and str(partial) in str(failed.filename or partial):
+            raise OSError(failed.errno, failed.strerror, named) from None
+        if isinstance(error, OSError) and failed is None:
+            raise OSError(f"{named}: {str(error).replace(str(partial), named)}") from None
         error.args = tuple(arg.replace(str(partial), named) if isinstance(arg, str) else arg for arg in error.args)
         raise
     finally:
@@ -140,6 +145,18 @@ def _try_lock(descriptor: int) -> bool | None:
     except OSError:
         return None
     return True
+
+
+def _with_number(error: BaseException | None, outer: BaseException | None) -> OSError | None:
+    """Return an error, or the first one before it but after `outer`, that has the number of the system's error.
+
+    Libraries that fail to write say so when they close the file, which fails too, without a number.
+    """
+    while error is not None and error is not outer:
+        if isinstance(error, OSError) and error.errno:
+            return error
+        error = error.__context__
+    return None
 
 
 def _keep_owner_and_mode(partial: Path, before: os.stat_result) -> None:

@@ -21,10 +21,9 @@ void* __libc_memalign(std::size_t, std::size_t);
 
 namespace {
 
-/// The code of a chosen module, and the least bytes of an allocation of it that counts.
+/// The code of a chosen module.
 struct Module {
   std::uintptr_t begin, end;
-  std::size_t min_bytes;
 };
 Module modules[64];
 int n_modules = 0;
@@ -39,11 +38,11 @@ bool is_turn() {
   return i >= fail_from && i <= fail_to;
 }
 
-bool fails(const void* caller, std::size_t n_bytes) {
+bool fails(const void* caller) {
   if (armed.load(std::memory_order_relaxed) != kMemory) return false;
   const auto at = reinterpret_cast<std::uintptr_t>(caller);
   for (int i = 0; i < n_modules; ++i)
-    if (at >= modules[i].begin && at < modules[i].end) return n_bytes >= modules[i].min_bytes && is_turn();
+    if (at >= modules[i].begin && at < modules[i].end) return is_turn();
   return false;
 }
 
@@ -62,25 +61,20 @@ void* or_throw(void* data) {
 
 extern "C" {
 
-/// Counts the calls of the loaded modules whose path contains `name`.
-void faults_watch(const char* name, std::size_t min_bytes) {
-  struct Wanted {
-    const char* name;
-    std::size_t min_bytes;
-  } wanted{name, min_bytes};
+/// Counts the calls of the loaded modules whose path contains `name`. Returns how many parts of code count so far.
+int faults_watch(const char* name) {
   dl_iterate_phdr(
       [](dl_phdr_info* info, std::size_t, void* data) {
-        const auto& wanted = *static_cast<Wanted*>(data);
-        if (!std::strstr(info->dlpi_name, wanted.name)) return 0;
+        if (!std::strstr(info->dlpi_name, static_cast<const char*>(data))) return 0;
         for (int i = 0; i < info->dlpi_phnum && n_modules < 64; ++i) {
           const auto& part = info->dlpi_phdr[i];
           if (part.p_type == PT_LOAD && (part.p_flags & PF_X))
-            modules[n_modules++] = {info->dlpi_addr + part.p_vaddr, info->dlpi_addr + part.p_vaddr + part.p_memsz,
-                                    wanted.min_bytes};
+            modules[n_modules++] = {info->dlpi_addr + part.p_vaddr, info->dlpi_addr + part.p_vaddr + part.p_memsz};
         }
         return 0;
       },
-      &wanted);
+      const_cast<char*>(name));
+  return n_modules;
 }
 
 /// From now on calls first to last of a kind fail.
@@ -95,26 +89,26 @@ long faults_disarm() {
   return n_seen;
 }
 
-void* malloc(std::size_t n) { return fails(CALLER, n) ? (errno = ENOMEM, nullptr) : __libc_malloc(n); }
+void* malloc(std::size_t n) { return fails(CALLER) ? (errno = ENOMEM, nullptr) : __libc_malloc(n); }
 
 void* calloc(std::size_t n, std::size_t size) {
-  return fails(CALLER, n * size) ? (errno = ENOMEM, nullptr) : __libc_calloc(n, size);
+  return fails(CALLER) ? (errno = ENOMEM, nullptr) : __libc_calloc(n, size);
 }
 
 void* realloc(void* data, std::size_t n) {
-  return fails(CALLER, n) ? (errno = ENOMEM, nullptr) : __libc_realloc(data, n);
+  return fails(CALLER) ? (errno = ENOMEM, nullptr) : __libc_realloc(data, n);
 }
 
 void* aligned_alloc(std::size_t alignment, std::size_t n) {
-  return fails(CALLER, n) ? (errno = ENOMEM, nullptr) : aligned(alignment, n);
+  return fails(CALLER) ? (errno = ENOMEM, nullptr) : aligned(alignment, n);
 }
 
 void* memalign(std::size_t alignment, std::size_t n) {
-  return fails(CALLER, n) ? (errno = ENOMEM, nullptr) : aligned(alignment, n);
+  return fails(CALLER) ? (errno = ENOMEM, nullptr) : aligned(alignment, n);
 }
 
 int posix_memalign(void** data, std::size_t alignment, std::size_t n) {
-  void* const made = fails(CALLER, n) ? nullptr : aligned(alignment, n);
+  void* const made = fails(CALLER) ? nullptr : aligned(alignment, n);
   if (!made) return ENOMEM;
   *data = made;
   return 0;
@@ -129,19 +123,19 @@ int pthread_create(pthread_t* thread, const pthread_attr_t* attributes, void* (*
 
 }  // extern "C"
 
-void* operator new(std::size_t n) { return fails(CALLER, n) ? throw std::bad_alloc() : or_throw(__libc_malloc(n)); }
-void* operator new[](std::size_t n) { return fails(CALLER, n) ? throw std::bad_alloc() : or_throw(__libc_malloc(n)); }
+void* operator new(std::size_t n) { return fails(CALLER) ? throw std::bad_alloc() : or_throw(__libc_malloc(n)); }
+void* operator new[](std::size_t n) { return fails(CALLER) ? throw std::bad_alloc() : or_throw(__libc_malloc(n)); }
 void* operator new(std::size_t n, const std::nothrow_t&) noexcept {
-  return fails(CALLER, n) ? nullptr : __libc_malloc(n);
+  return fails(CALLER) ? nullptr : __libc_malloc(n);
 }
 void* operator new[](std::size_t n, const std::nothrow_t&) noexcept {
-  return fails(CALLER, n) ? nullptr : __libc_malloc(n);
+  return fails(CALLER) ? nullptr : __libc_malloc(n);
 }
 void* operator new(std::size_t n, std::align_val_t alignment) {
-  return fails(CALLER, n) ? throw std::bad_alloc() : or_throw(aligned(std::size_t(alignment), n));
+  return fails(CALLER) ? throw std::bad_alloc() : or_throw(aligned(std::size_t(alignment), n));
 }
 void* operator new[](std::size_t n, std::align_val_t alignment) {
-  return fails(CALLER, n) ? throw std::bad_alloc() : or_throw(aligned(std::size_t(alignment), n));
+  return fails(CALLER) ? throw std::bad_alloc() : or_throw(aligned(std::size_t(alignment), n));
 }
 void operator delete(void* data) noexcept { std::free(data); }
 void operator delete[](void* data) noexcept { std::free(data); }

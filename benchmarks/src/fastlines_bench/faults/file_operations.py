@@ -22,7 +22,7 @@ from .memory_operations import arrays_of, scene
 N_RAYS = 50
 
 
-class CommandFailed(Exception):
+class CommandError(Exception):
     """A command that did not end with 0: its message, and whether it is one sentence."""
 
     def __init__(self, code: int, text: str) -> None:
@@ -107,7 +107,7 @@ class FileOperations:
     def _read_lines(self, path: Path) -> Any:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            return arrays_of(fl.read(path).segments)
+            return arrays_of(fl.read(path))
 
     def _read_tree(self, path: Path) -> Any:
         return arrays_of(fl.load(path).first_hit(*self.rays, 0.05))
@@ -158,9 +158,9 @@ def written_formats() -> list[str]:
 
 
 def run_command(words: list[str]) -> None:
-    """Run ``fastlines`` in this process; raise `CommandFailed` if its exit code is not 0."""
+    """Run ``fastlines`` in this process; raise `CommandError` if its exit code is not 0."""
     errors = io.StringIO()
     with contextlib.redirect_stderr(errors), contextlib.redirect_stdout(io.StringIO()):
         code = app(words, standalone_mode=False)
     if code:
-        raise CommandFailed(code, errors.getvalue())
+        raise CommandError(code, errors.getvalue())

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from ..harness.internals import FastlinesError
-from .file_operations import CommandFailed, FileOperation, FileOperations
+from .file_operations import CommandError, FileOperation, FileOperations
 from .library import ALL, FailingFiles
 from .memory_worker import tell
 
@@ -70,7 +70,7 @@ class FileTrial:
         return [*wrong, *self._check_content([1] if error is None else [0, 1])]
 
     def _is_sentence(self, error: BaseException) -> bool:
-        if isinstance(error, CommandFailed):
+        if isinstance(error, CommandError):
             return error.is_sentence and str(self.path) in str(error)
         known = isinstance(error, OSError | FastlinesError)
         return known and "\n" not in str(error) and str(self.path) in str(error)

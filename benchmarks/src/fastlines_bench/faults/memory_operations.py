@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -20,15 +21,23 @@ RADIUS = 0.02
 
 @dataclass(frozen=True)
 class Operation:
-    """A call whose allocations fail: what it needs, made anew for each call, and the call, which returns arrays."""
+    """A call whose allocations fail: `prepare` makes what it needs, and returns the call, which returns arrays."""
 
     name: str
-    prepare: Callable[[], Any]
-    call: Callable[[Any], Any]
+    prepare: Callable[[], Callable[[], Any]]
+
+
+#: What answers and trees have, as far as they have it.
+COLUMNS = (
+    *("offsets", "t", "prim", "u", "distance", "t_out", "i", "j", "s", "values", "count"),
+    *("entry", "exit", "low", "high", "words", "areas", "left", "right", "segments"),
+)
 
 
 def arrays_of(answer: Any) -> list[bytes]:
     """Return the bytes of all arrays of an answer."""
+    if answer is None:
+        return []
     if isinstance(answer, np.ndarray):
         return [answer.tobytes()]
     if isinstance(answer, bytes):
@@ -39,16 +48,18 @@ def arrays_of(answer: Any) -> list[bytes]:
     return [part for column in columns if isinstance(column, np.ndarray) for part in arrays_of(column)]
 
 
-#: What answers and trees have, as far as they have it.
-COLUMNS = "offsets t prim u distance t_out i j s values count entry exit low high words areas left right segments".split()
-
-
 def scene() -> fl.Lines:
     """Return short lines in all directions, in a box of size 1."""
     rng = np.random.default_rng(1)
     begins = rng.random((N_LINES, 1, 3))
     segments = np.concatenate([begins, begins + rng.normal(0, 0.2, begins.shape)], axis=1)
     return fl.Lines.from_strands(list(segments))
+
+
+def of(name: str, function: Callable[..., Any], *arguments: Any, **options: Any) -> Operation:
+    """Return the operation that calls a function with these arguments."""
+    call = partial(function, *arguments, **options)
+    return Operation(name, lambda: call)
 
 
 class Operations:
@@ -61,81 +72,92 @@ class Operations:
         self.file = folder / "tree.flt"
         self.tree = fl.build(self.lines)
         self.tree.save(self.file)
-        self.origins = rng.normal(0, 1, (N_RAYS, 3)) + 0.5
-        self.directions = rng.random((N_RAYS, 3)) - self.origins
+        origins = rng.normal(0, 1, (N_RAYS, 3)) + 0.5
+        self.rays = (origins, rng.random((N_RAYS, 3)) - origins, RADIUS)
         self.points = rng.random((N_RAYS, 3))
         self.values = rng.random((N_LINES, 3))
         self.round = fl.build(self.lines.with_radius(0.01))
+        moved = self.lines.segments + np.float32(0.1)
+        self.parts = fl.build(fl.Geometry([self.lines, fl.Lines.from_strands(list(moved)).with_radius(0.01)]))
+        self.forest = fl.build_forest(self.lines, folder / "forest", max_segments=N_LINES // 3)
 
     def check(self) -> list[bytes]:
         """Return what a tree from before answers, in several queries."""
-        rays = (self.origins, self.directions, RADIUS)
-        return arrays_of([self.tree.first_hit(*rays), self.tree.all_hits(*rays), self.tree.nearest(self.points)])
+        first, every = self.tree.first_hit(*self.rays), self.tree.all_hits(*self.rays)
+        return arrays_of([first, every, self.tree.nearest(self.points)])
 
     def __iter__(self) -> Iterator[Operation]:
         for method in ("best", "bvh-cl", "bvh-d2", "kd-cl", "kd-d2"):
-            yield Operation(f"build {method}", lambda: None, lambda _, m=method: fl.build(self.lines, m))
-        more = {"presplit": fl.Presplit(), "reinsertion": 2}
-        for name, value in more.items():
-            yield Operation(f"build {name}", lambda: None, lambda _, n=name, v=value: fl.build(self.lines, **{n: v}))
-        yield Operation("layout", lambda: fl.build(self.lines), lambda tree: [tree.layout.nodes, tree.layout.leaves])
-        yield from self._rays()
-        yield from self._others()
-        yield from self._files()
+            yield of(f"build {method}", fl.build, self.lines, method)
+        yield of("build with a presplit", fl.build, self.lines, presplit=fl.Presplit())
+        yield of("build with reinsertion", fl.build, self.lines, reinsertion=2)
+        yield Operation("layout", self._prepare_layout)
+        yield of("refit", self.tree.refit, self.lines.segments + np.float32(0.01))
+        yield of("validate", self.tree.validate)
+        yield from self._of_rays()
+        yield from self._of_points()
+        yield from self._of_files()
 
-    def _rays(self) -> Iterator[Operation]:
-        tree, rays = self.tree, (self.origins, self.directions, RADIUS)
+    def _prepare_layout(self) -> Callable[[], Any]:
+        tree = fl.build(self.lines)
+        return lambda: [tree.layout.nodes, tree.layout.leaves]
 
-        def of(name: str, call: Callable[[], Any]) -> Operation:
-            return Operation(name, lambda: None, lambda _: call())
-
+    def _of_rays(self) -> Iterator[Operation]:
+        tree, rays = self.tree, self.rays
         for query in ("first_hit", "any_hit", "count_hits", "all_hits"):
-            yield of(query, lambda q=query: getattr(tree, q)(*rays))
-            yield of(f"{query}, one ray", lambda q=query: getattr(tree, q)(rays[0][0], rays[1][0], 0.1))
-        yield of("next_hits", lambda: tree.next_hits(*rays, k=3))
-        yield of("next_hits by distance", lambda: tree.next_hits(*rays, k=3, rank="distance"))
-        yield of("first_hit at surfaces", lambda: self.round.first_hit(*rays, at="surface"))
-        yield of("all_hits of crossings", lambda: self.round.all_hits(*rays, at="surface", merge="strand"))
-        yield of("all_hits with a spread", lambda: self.round.all_hits(*rays, spread=0.01))
-        yield of("all_hits, some ignored", lambda: tree.all_hits(*rays, ignore=[1, 2, 3]))
+            yield of(query, getattr(tree, query), *rays)
+            yield of(f"{query}, one ray", getattr(tree, query), rays[0][0], rays[1][0], 0.1)
+        yield of("next_hits", tree.next_hits, *rays, k=3)
+        yield of("next_hits by distance", tree.next_hits, *rays, k=3, rank="distance")
+        yield of("first_hit at surfaces", self.round.first_hit, *rays, at="surface")
+        yield of("all_hits of crossings", self.round.all_hits, *rays, at="surface", merge="strand")
+        yield of("all_hits with a spread", self.round.all_hits, *rays, spread=0.01)
+        yield of("all_hits, some ignored", tree.all_hits, *rays, ignore=[1, 2, 3])
+        yield of("all_hits of parts", self.parts.all_hits, *rays)
+        yield of("all_hits of a forest", self.forest.all_hits, *rays)
         yield of("iter_all_hits", lambda: list(tree.iter_all_hits(*rays, max_bytes=1 << 16)))
-        yield of("gather", lambda: tree.gather(*rays, self.values))
+        yield of("gather", tree.gather, *rays, self.values)
         for kernel in ("bundle", "wave", "single", "binary"):
-            yield of(f"all_hits, {kernel}", lambda k=kernel: tree.all_hits(*rays, kernel=k))
-        yield of("brute_force", lambda: fl.brute_force(self.lines, *rays))
+            yield of(f"all_hits, {kernel}", tree.all_hits, *rays, kernel=kernel)
+        yield of("brute_force", fl.brute_force, self.lines, *rays)
 
-    def _others(self) -> Iterator[Operation]:
+    def _of_points(self) -> Iterator[Operation]:
         tree, points = self.tree, self.points
-
-        def of(name: str, call: Callable[[], Any]) -> Operation:
-            return Operation(name, lambda: None, lambda _: call())
-
-        yield of("nearest", lambda: tree.nearest(points))
-        yield of("nearest, k", lambda: tree.nearest(points, k=5))
-        yield of("within", lambda: tree.within(points, 0.1))
-        yield of("count_within", lambda: tree.count_within(points, 0.1))
-        yield of("pairs", lambda: tree.pairs(RADIUS))
+        yield of("nearest", tree.nearest, points)
+        yield of("nearest, some ignored", tree.nearest, points, k=5, ignore=[1, 2, 3])
+        yield of("nearest of parts", self.parts.nearest, points)
+        yield of("nearest of a forest", self.forest.nearest, points)
+        yield of("within", tree.within, points, 0.1)
+        yield of("within of parts", self.parts.within, points, 0.1)
+        yield of("count_within", tree.count_within, points, 0.1)
+        yield of("pairs", tree.pairs, RADIUS)
+        yield of("pairs of parts", self.parts.pairs, RADIUS)
         yield of("iter_pairs", lambda: list(tree.iter_pairs(RADIUS, max_bytes=1 << 16)))
-        yield of("in_box", lambda: tree.in_box([0.2] * 3, [0.6] * 3))
-        yield of("along", lambda: tree.along(points[:5], 0.1))
-        yield of("refit", lambda: tree.refit(self.lines.segments + np.float32(0.01)))
-        yield of("validate", lambda: [tree.validate()][:0])
+        yield of("in_box", tree.in_box, [0.2] * 3, [0.6] * 3)
+        yield of("along", tree.along, points[:5], 0.1)
 
-    def _files(self) -> Iterator[Operation]:
-        def saved() -> Any:
-            self.tree.save(self.folder / "again.flt", layout=True)
-            return (self.folder / "again.flt").read_bytes()
-
-        def wrote() -> Any:
-            fl.write(self.folder / "lines.tck", self.lines)
-            return (self.folder / "lines.tck").read_bytes()
-
-        yield Operation("save", lambda: None, lambda _: saved())
-        yield Operation("load", lambda: None, lambda _: fl.load(self.file))
-        yield Operation("write lines", lambda: None, lambda _: wrote())
-        yield Operation("read lines", lambda: wrote(), lambda _: fl.read(self.folder / "lines.tck"))
+    def _of_files(self) -> Iterator[Operation]:
+        yield of("save", self._save)
+        yield of("load", fl.load, self.file)
+        yield of("write lines", self._write)
+        yield of("read lines", self._read)
         for look in ("depth", "hair"):
-            yield Operation(f"render {look}", lambda: None, lambda _, k=look: self._picture(k))
+            yield of(f"render {look}", self._picture, look)
+
+    def _save(self) -> bytes:
+        path = self.folder / "again.flt"
+        self.tree.save(path, layout=True)
+        return path.read_bytes()
+
+    def _write(self) -> bytes:
+        path = self.folder / "lines.npz"
+        fl.write(path, self.lines)
+        return path.read_bytes()
+
+    def _read(self) -> Any:
+        if not (self.folder / "lines.npz").exists():
+            self._write()
+        return fl.read(self.folder / "lines.npz")
 
     def _picture(self, look: str) -> Any:
-        return np.asarray(fl.render(self.tree, width=24, height=16, samples=1, look=look, radius=0.01).to_bytes())
+        return fl.render(self.tree, width=24, height=16, samples=1, look=look, radius=0.01).to_bytes()

@@ -77,9 +77,7 @@ def run_operation(what: str, library: Path, name: str, mode: str) -> Row:
     return row
 
 
-def run_faults(
-    whats: Iterable[str], text: str | None, progress: Callable[[str, float], None]
-) -> dict[str, list[Row]]:
+def run_faults(whats: Iterable[str], text: str | None, progress: Callable[[str, float], None]) -> dict[str, list[Row]]:
     """Fail the calls of all operations, or of those whose name contains a text, in all ways."""
     with tempfile.TemporaryDirectory() as folder:
         libraries = {what: compile_library(what, Path(folder)) for what in whats}
