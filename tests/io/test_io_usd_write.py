@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import replace
 
 import numpy as np
@@ -239,3 +240,19 @@ def test_cannot_write(tmp_path):
 def test_written_file_has_no_oddities(tmp_path, load):
     fl.write(tmp_path / "b.usda", hair())
     assert warned(load, (tmp_path / "b.usda").read_bytes())[1] == ""
+
+
+def test_a_package_that_is_not_whole_is_an_error(tmp_path, monkeypatch):
+    from pxr import UsdUtils
+
+    package = UsdUtils.CreateNewUsdzPackage
+
+    def cut_short(asset, path):
+        package(asset, path)
+        os.truncate(path, os.path.getsize(path) - 100)
+        return True
+
+    monkeypatch.setattr(UsdUtils, "CreateNewUsdzPackage", cut_short)
+    with pytest.raises(OSError, match=r"a\.usdz: USD could not write the package; is there enough space on the disk"):
+        fl.write(tmp_path / "a.usdz", [[[0, 0, 0], [1, 1, 1]]])
+    assert not list(tmp_path.iterdir())

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import zipfile
 from pathlib import Path
 from typing import Any
 
@@ -66,11 +67,22 @@ def write(geometry: Lines | Curves | Geometry, path: Path) -> list[str]:
         stage.SetDefaultPrim(stage.GetPrimAtPath(root or f"/{name}"))
         layer.Save()
         del stage, layer
-        if plain != path and not UsdUtils.CreateNewUsdzPackage(Sdf.AssetPath(str(plain)), str(path)):
-            raise OSError(f"{path}: USD could not write the package")
+        if plain != path and not (
+            UsdUtils.CreateNewUsdzPackage(Sdf.AssetPath(str(plain)), str(path)) and _is_whole(path)
+        ):
+            raise OSError("USD could not write the package; is there enough space on the disk?")
     except Tf.ErrorException as error:
-        raise OSError(f"{path}: USD could not write it: {' '.join(str(error).split())}") from None
+        raise OSError(f"USD could not write it: {' '.join(str(error).split())}") from None
     return lost
+
+
+def _is_whole(package: Path) -> bool:
+    """Return whether a package agrees with its checksums: USD does not report all errors of writing one."""
+    try:
+        with zipfile.ZipFile(package) as archive:
+            return archive.testzip() is None
+    except (OSError, zipfile.BadZipFile):
+        return False
 
 
 def _facts(stage: Any, parts: list[Any]) -> list[str]:
