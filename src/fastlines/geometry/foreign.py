@@ -119,6 +119,8 @@ def _lines_of(obj: Any, how: Making) -> Lines:
     """Make lines of an object."""
     if isinstance(obj, Lines):
         return obj
+    if obj is None:
+        raise InputError("segments are None, which some functions return if they find none; expected (n, 2, 3) numbers")
     if isinstance(obj, type):
         raise InputError(f"lines are a class, {obj.__name__}; expected an object of it")
     for of_others in (of_tractogram, of_neurons, of_mitsuba, of_vtk, of_features, of_path):
@@ -134,6 +136,10 @@ def _lines_of(obj: Any, how: Making) -> Lines:
         raise InputError(
             f"lines are {kind_of(obj)}, a surface of triangles: fl.Triangles.from_mesh(mesh.vertices, mesh.faces) "
             "takes it"
+        )
+    if has(obj, "vertices", "bounds"):
+        raise InputError(
+            f"lines are {kind_of(obj)}, points without lines: fl.Spheres.from_centres(cloud.vertices, radius) takes them"
         )
     if has(obj, "geometry", "first_hit"):
         raise InputError(f"lines are {kind_of(obj)}; expected lines: pass tree.geometry, or save the tree by tree.save")

@@ -40,6 +40,8 @@ def of_path(obj: Any, how: Making) -> Lines | None:
             f"lines are {kind_of(obj)} of trimesh; expected a path: scene.to_geometry() joins the paths of a scene, "
             "each where the scene places it"
         )
+    if isinstance(obj, list | tuple) and obj and all(has(part, "entities", "vertices") for part in obj):
+        raise InputError(f"lines are {kind_of(obj)} of paths; expected one: trimesh.path.util.concatenate joins them")
     if not has(obj, "entities", "vertices"):
         return None
     vertices = np.asarray(obj.vertices)
@@ -60,14 +62,14 @@ def of_path(obj: Any, how: Making) -> Lines | None:
     if no_lines := Counter(type(e).__name__ for e, part in zip(obj.entities, parts, strict=True) if not len(part)):
         how.warn(f"entities of {kind_of(obj)} without a line are not read: {kinds_text(no_lines)}")
     if vertices.shape[1] == 2:
-        how.warn(FLAT)
+        how.warn(f"{FLAT}; {kind_of(obj)} has a method to_3D, which places its plane in space")
         parts = [with_z(part) if len(part) else part for part in parts]
     values = _values_at_vertices(obj, parts, how)
     made = Lines.from_strands(
         [part.reshape(-1, 3) for part in parts], radius=values.pop("radius", None), attributes=values, **how.options
     )
     unit = getattr(obj, "units", None)
-    return replace(made, unit=_UNITS.get(unit, unit)) if isinstance(unit, str) and unit else made
+    return replace(made, unit=_UNITS.get(unit, unit)) if isinstance(unit, str) and unit not in ("", "none") else made
 
 
 def _polyline(entity: Any, vertices: AnyArray, tolerance: float | None, coarse: Counter[str]) -> AnyArray:
