@@ -229,7 +229,7 @@ def test_a_path_far_from_zero_that_changes(path: Any) -> None:
     np.testing.assert_allclose(locations[:, 2] - far[2], np.array([2, 0, 2, 0, 1]) + height, atol=1e-5)
     path.apply_translation([0, 0.3, 0])
     assert rays.intersects_first(origins, [[0, 0, -1]]).tolist() == [-1, -1, -1, -1]
-    assert rays.intersects_first(origins + [0, 0.3, 0], [[0, 0, -1]]).tolist() == [1, 2, 3, -1]
+    assert rays.intersects_first(origins + np.array([0, 0.3, 0]), [[0, 0, -1]]).tolist() == [1, 2, 3, -1]
 
 
 def test_how_lines_are_read(path: Any) -> None:

@@ -46,7 +46,8 @@ def lines(obj: Any, *, offset: Any = None, invalid: str = "error", tolerance: fl
         - `Lines`, which are returned as they are.
         - A tractogram of nibabel, a ``StatefulTractogram`` of DIPY, or a ``TrxFile`` of trx. Values per point become
           ``end_attributes``, those per streamline ``attributes``. Points become millimetres of the world ("RASMM"), by
-          ``affine_to_rasmm`` or by the space and the origin of a ``StatefulTractogram``, which does not change.
+          ``affine_to_rasmm`` or by the space and the origin of a ``StatefulTractogram``, which does not change. The
+          voxel grid of a ``StatefulTractogram``, or of the header of a file, is kept in ``metadata["grid"]``.
         - An ``ArraySequence`` or ``Streamlines``.
         - A ``TreeNeuron`` of navis, or a ``NeuronList`` or list of them: a strand for each unbranched section, with the
           radius, as from a ``.swc`` file. Both ends have the attributes ``id`` and ``type``, which navis calls
@@ -119,8 +120,6 @@ def _lines_of(obj: Any, how: Making) -> Lines:
     """Make lines of an object."""
     if isinstance(obj, Lines):
         return obj
-    if obj is None:
-        raise InputError("segments are None, which some functions return if they find none; expected (n, 2, 3) numbers")
     if isinstance(obj, type):
         raise InputError(f"lines are a class, {obj.__name__}; expected an object of it")
     for of_others in (of_tractogram, of_neurons, of_mitsuba, of_vtk, of_features, of_path):
@@ -139,7 +138,8 @@ def _lines_of(obj: Any, how: Making) -> Lines:
         )
     if has(obj, "vertices", "bounds"):
         raise InputError(
-            f"lines are {kind_of(obj)}, points without lines: fl.Spheres.from_centres(cloud.vertices, radius) takes them"
+            f"lines are {kind_of(obj)}, points without lines: fl.Spheres.from_centres(cloud.vertices, radius) takes "
+            "these"
         )
     if has(obj, "geometry", "first_hit"):
         raise InputError(f"lines are {kind_of(obj)}; expected lines: pass tree.geometry, or save the tree by tree.save")

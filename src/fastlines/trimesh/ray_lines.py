@@ -19,7 +19,6 @@ from ..builder import build
 from ..errors import InputError
 from ..geometry.any_geometry import AnyGeometry
 from ..geometry.foreign import lines as as_lines
-from ..geometry.lines import Lines
 from ..geometry.making import has
 from ..tree import Tree
 
@@ -286,7 +285,7 @@ def _as_list(rays: npt.ArrayLike, name: str) -> Any:
 def _tree_of(lines: Any, options: dict[str, Any]) -> Tree:
     """Return a tree over lines, or the tree that was given; `options` are those of `fastlines.lines`."""
     tree = lines if has(lines, "geometry", "first_hit") else None
-    is_made = tree is not None or (isinstance(lines, AnyGeometry) and not isinstance(lines, Lines))
+    is_made = tree is not None or (isinstance(lines, AnyGeometry) and not has(lines, "segments", "strands"))
     given = [
         name for name, value in options.items() if value is not None and not (name == "invalid" and value == "error")
     ]
