@@ -3,6 +3,7 @@
 import sys
 from importlib.metadata import version as _version
 from pathlib import Path
+from typing import Any
 
 from docutils import nodes
 from sphinx.application import Sphinx
@@ -57,8 +58,9 @@ pygments_dark_style = "github-dark"
 
 
 def setup(app: Sphinx) -> None:
-    """Connect the function below."""
+    """Connect the functions below."""
     app.connect("doctree-read", drop_blank_ends)
+    app.connect("html-page-context", let_keys_scroll_tables)
 
 
 def drop_blank_ends(app: Sphinx, doctree: nodes.document) -> None:
@@ -67,3 +69,8 @@ def drop_blank_ends(app: Sphinx, doctree: nodes.document) -> None:
         if isinstance(text := block.children[0], nodes.Text):
             block.rawsource = block.rawsource.rstrip()
             block.replace(text, nodes.Text(text.rstrip()))
+
+
+def let_keys_scroll_tables(app: Sphinx, page: str, template: str, context: dict[str, Any], doctree: object) -> None:
+    """Let the Tab key reach tables, as it reaches code, so that arrow keys scroll them."""
+    context["body"] = context.get("body", "").replace('<div class="table-wrapper', '<div tabindex="0" class="table-wrapper')
