@@ -73,4 +73,6 @@ def drop_blank_ends(app: Sphinx, doctree: nodes.document) -> None:
 
 def let_keys_scroll_tables(app: Sphinx, page: str, template: str, context: dict[str, Any], doctree: object) -> None:
     """Let the Tab key reach tables, as it reaches code, so that arrow keys scroll them."""
-    context["body"] = context.get("body", "").replace('<div class="table-wrapper', '<div tabindex="0" class="table-wrapper')
+    context["body"] = context.get("body", "").replace(
+        '<div class="table-wrapper', '<div tabindex="0" class="table-wrapper'
+    )
