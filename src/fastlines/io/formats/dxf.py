@@ -59,7 +59,8 @@ def read(source: Source, invalid: str, *, tolerance: float | None = None) -> Lin
     ----------
     tolerance : float, optional
         How far polylines may be from their curves, in the unit of the drawing; by default 1e-5 of the longest side of
-        the box of each curve.
+        the box of each curve, which makes about 500 segments of a circle. A larger one reads drawings of many curves
+        faster.
     """
     if tolerance is not None:
         tolerance = number("tolerance", tolerance, "a length above 0", LEAST)
