@@ -20,7 +20,9 @@ extensions = [
     "sphinx_copybutton",
     "declared",
     "mathml",
+    "notebook_download",
     "repository",
+    "search_words",
     "site_links",
 ]
 exclude_patterns = ["_build"]
