@@ -1,4 +1,4 @@
-"""Words by which the search finds a page that says the same in other words.
+"""Words by which the search finds a page that says the same by others.
 
 They are keywords of the page: browsers do not show them, and Sphinx puts them into the index of the search.
 """
@@ -11,25 +11,20 @@ from typing import Any
 from docutils import nodes
 from sphinx.application import Sphinx
 
-#: What a page says, by the start of a word, and what others call it: American spelling, and words of other fields.
-SYNONYMS = {
+#: American spelling of words that start so.
+AMERICAN = {
     "behaviour": "behavior",
     "centre": "center",
     "colour": "color",
     "fibre": "fiber",
     "grey": "gray",
     "neighbour": "neighbor",
-    "neuron": "skeleton",
-    "streamline": "streamtube",
-    "tract": "tractography",
 }
-#: Words for single pages.
+#: Words of other fields, by page.
 OF_PAGES = {
     "distances": "tractography connectome",
-    "from/dipy": "tractography StatefulTractogram tractogram biopsy trajectory ROI fibre fiber",
-    "from/embree": "curves rtcIntersect1",
-    "from/navis": "neuron synapse SWC skeleton connectomics",
-    "from/scipy": "KDTree cKDTree",
+    "from/dipy": "tractography tractogram StatefulTractogram fiber biopsy trajectory ROI",
+    "from/navis": "neuron skeleton synapse SWC connectome",
     "from/trimesh": "Path3D Path2D toolpath polyline",
     "guide": "tractography ROI biopsy",
 }
@@ -38,7 +33,7 @@ OF_PAGES = {
 def words_of(page: str, text: str) -> list[str]:
     """Return the words to add to a page, without those that its text has."""
     there = {word.lower() for word in re.findall(r"\w+", text)}
-    found = [word for start, word in SYNONYMS.items() if any(each.startswith(start) for each in there)]
+    found = [word for british, word in AMERICAN.items() if any(each.startswith(british) for each in there)]
     words = dict.fromkeys([*OF_PAGES.get(page, "").split(), *found])
     return [word for word in words if word.lower() not in there]
 
