@@ -21,7 +21,9 @@ extensions = [
     "sphinx_copybutton",
     "declared",
     "mathml",
+    "notebook_download",
     "repository",
+    "search_words",
     "site_links",
 ]
 exclude_patterns = ["_build"]
@@ -60,7 +62,7 @@ pygments_dark_style = "github-dark"
 def setup(app: Sphinx) -> None:
     """Connect the functions below."""
     app.connect("doctree-read", drop_blank_ends)
-    app.connect("html-page-context", let_keys_scroll_tables)
+    app.connect("html-page-context", scroll_by_keys)
 
 
 def drop_blank_ends(app: Sphinx, doctree: nodes.document) -> None:
@@ -71,8 +73,7 @@ def drop_blank_ends(app: Sphinx, doctree: nodes.document) -> None:
             block.replace(text, nodes.Text(text.rstrip()))
 
 
-def let_keys_scroll_tables(app: Sphinx, page: str, template: str, context: dict[str, Any], doctree: object) -> None:
-    """Let the Tab key reach tables, as it reaches code, so that arrow keys scroll them."""
-    context["body"] = context.get("body", "").replace(
-        '<div class="table-wrapper', '<div tabindex="0" class="table-wrapper'
-    )
+def scroll_by_keys(app: Sphinx, pagename: str, template: str, context: dict[str, Any], doctree: object) -> None:
+    """Let the Tab key reach tables, so that the arrow keys scroll those that are wider than the page."""
+    if "body" in context:
+        context["body"] = context["body"].replace('<div class="table-wrapper', '<div tabindex="0" class="table-wrapper')
