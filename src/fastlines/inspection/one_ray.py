@@ -29,10 +29,12 @@ def check_ray(origin: npt.ArrayLike, direction: npt.ArrayLike) -> tuple[Float64A
     return start, along
 
 
-def _vector(name: str, given: npt.ArrayLike) -> Float64Array:
-    values = to_float64(given, name)
+def _vector(name: str, vector: npt.ArrayLike) -> Float64Array:
+    values = to_float64(vector, name)
     if values.shape != (3,):
-        raise InputError(f"{name} has shape {values.shape}; expected three numbers, those of one ray")
+        raise InputError(f"{name} has shape {values.shape}; expected three numbers each, those of one ray")
     if not np.isfinite(values).all():
-        raise InputError(f"{name} is {', '.join(f'{value:g}' for value in values)}; expected three finite numbers")
+        raise InputError(
+            f"{name} is {', '.join(f'{value:g}' for value in values)}, which is not finite; expected three numbers"
+        )
     return values
