@@ -182,6 +182,14 @@ def test_what_is_no_line() -> None:
         RayLines(trimesh.Scene([box]))
     with pytest.raises(InputError, match="lines are a tree over Triangles; expected one over lines or curves"):
         RayLines(fl.Triangles(box.triangles))
+    with pytest.raises(InputError, match="lines are a tree over Spheres; expected one over lines or curves"):
+        RayLines(fl.Spheres.from_centres([[0, 0, 0]], 1))
+
+
+def test_no_hit_is_listed_where_none_is_wanted(path: Any) -> None:
+    rays = RayLines(path, 0.5)
+    for multiple_hits in (True, False):
+        assert len(rays.intersects_id(DOWN, [[0, 0, -1]], multiple_hits, max_hits=0)[0]) == 0
 
 
 def test_a_radius_is_given_by_its_name(path: Any) -> None:

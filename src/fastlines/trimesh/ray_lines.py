@@ -188,7 +188,8 @@ class RayLines:
         if lists_all:
             hits = tree.all_hits(*given, **options)
         else:
-            hits = tree.next_hits(*given, most if multiple_hits else 1, **options)
+            k = most if multiple_hits else 1 if most is None else min(most, 1)
+            hits = tree.next_hits(*given, k, **options)
         return (hits.prim, hits.ray, hits.points()) if return_locations else (hits.prim, hits.ray)
 
     def intersects_first(
@@ -295,7 +296,7 @@ def _tree_of(lines: Any, options: dict[str, Any]) -> Tree:
         )
     if tree is None:
         tree = build(lines if is_made else as_lines(lines, **options))
-    if not has(tree.geometry, "strands"):
+    if not tree.geometry.has_directions or tree.geometry.has_parts:
         raise InputError(
             f"lines are a tree over {type(tree.geometry).__name__}; expected one over lines or curves; the methods of "
             "the tree itself answer for others"
