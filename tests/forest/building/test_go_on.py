@@ -117,7 +117,7 @@ def test_a_disk_that_fills(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> N
         assert contents(fl.build_forest(chunks(), tmp_path / f"{number}", max_segments=130).path) == expected
     with monkeypatch.context() as patch:
         fail_at(patch, 3, lambda: OSError(errno.EIO, "Input/output error"))
-        with pytest.raises(OSError, match=r"Input/output error"):
+        with pytest.raises(OSError, match=r"Input/output error: '.*other'$"):
             fl.build_forest(chunks(), tmp_path / "other", max_segments=130)
 
 

@@ -71,7 +71,7 @@ class FileOperations:
         )
         for extension in written_formats():
             yield FileOperation(f"write {extension}", f"a{extension}", self._write_lines, self._read_lines)
-        yield FileOperation("write .npz.gz", "a.tck.gz", self._write_lines, self._read_lines)
+        yield FileOperation("write .tck.gz", "a.tck.gz", self._write_lines, self._read_lines)
         yield FileOperation("picture", "a.png", lambda path, i: self._picture(i).save(path), digest)
         yield FileOperation("film", "a.gif", self._write_film, digest)
         yield FileOperation("query_parquet", "hits.parquet", self._query_parquet, self._read_parquet)
@@ -89,7 +89,9 @@ class FileOperations:
         yield FileOperation("fastlines convert", "a.trk", command("convert", "{input}", "{output}"), self._read_lines)
         size = ("--width", "24", "--radius", "0.01")
         yield FileOperation("fastlines render", "a.png", command("render", "{input}", "-o", "{output}", *size), digest)
-        yield FileOperation("fastlines draw", "a.png", command("draw", "levels", "{input}", "-o", "{output}"), digest)
+        yield FileOperation(
+            "fastlines draw", "a.png", command("draw", "{input}", "--kind", "levels", "-o", "{output}"), digest
+        )
         yield FileOperation("fastlines view", "a.html", command("view", "{input}", "--export", "{output}"), digest)
         yield FileOperation(
             "fastlines forest build",

@@ -129,7 +129,7 @@ def build_forest(
         "fastlines": version("fastlines"),
     }
     journal.check(what)
-    with journal.locked(), journal.explaining(), reporting(progress, "build the forest") as callback:
+    with journal.explaining(), journal.locked(), reporting(progress, "build the forest") as callback:
         journal.begin(what)
         is_built = journal.is_finished and is_whole(journal, callback)
         if not is_built:

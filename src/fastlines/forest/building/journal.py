@@ -154,7 +154,8 @@ class Journal:
     @contextmanager
     def locked(self) -> Iterator[None]:
         """Hold the folder against other builds, which a process that ends gives free."""
-        with (self._stages / "lock").open("w") as file:
+        file = (self._stages / "lock").open("w")
+        try:
             if fcntl is not None:
                 try:
                     fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
@@ -165,18 +166,21 @@ class Journal:
                 except OSError:  # files cannot be locked here
                     pass
             _locks.add(file)
-            try:
-                yield
-            finally:
-                _locks.discard(file)
+            yield
+        finally:
+            _locks.discard(file)
+            with contextlib.suppress(OSError):  # nothing was written to it
+                file.close()
 
     @contextmanager
     def explaining(self) -> Iterator[None]:
-        """Say how to go on after a disk was full."""
+        """Say how to go on after a disk was full, and name the folder where an error names no file."""
         try:
             yield
         except OSError as error:
             if error.errno not in FULL:
+                if error.errno and error.filename is None:
+                    raise OSError(error.errno, error.strerror, str(self.folder)) from None
                 raise
             left = shutil.disk_usage(self.folder).free
             why = (
