@@ -16,6 +16,8 @@ from fastlines.cuda.scene import upload as upload_scene
 from fastlines.engines import engine as compiled_engine
 from fastlines.engines import use_engine
 from fastlines.errors import FastlinesError
+from fastlines.forest.writing import write_forest
+from fastlines.geometry.collection import as_geometry
 from fastlines.query.proximity.pair_query import check_pairs
 from fastlines.query.proximity.pair_sets import row_arrays
 from fastlines.query.proximity.strand_places import strand_places
@@ -40,6 +42,7 @@ from fastlines.settings.methods import DEFAULT_METHOD, METHOD_NOTES, THESIS_METH
 from fastlines.settings.settings import REF_LIMIT, limit_notes
 from fastlines.structure import tree_file
 from fastlines.structure.layout import Layout
+from fastlines.support import container
 from fastlines.support.atomic_write import atomic_write
 from fastlines.support.immutable import own
 from fastlines.support.optional import optional
@@ -70,12 +73,14 @@ __all__ = [
     "ShadingContext",
     "Sky",
     "Surfaces",
+    "as_geometry",
     "atomic_write",
     "best_settings",
     "check_output",
     "check_pairs",
     "check_query",
     "compiled_engine",
+    "container",
     "cuda_device",
     "cuda_program",
     "describe_machine",
@@ -104,4 +109,5 @@ __all__ = [
     "tree_file",
     "upload_scene",
     "use_engine",
+    "write_forest",
 ]

@@ -1,0 +1,70 @@
+"""A case: geometry, the build of a tree, what is done to the tree, and questions. All of it comes from one seed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from .scenes import Array
+
+#: What users do with trees before they query them.
+STEPS = ("layout", "pickle", "save", "save with layout", "refit", "without offset", "forest", "forest of one file")
+
+
+@dataclass(frozen=True)
+class Question:
+    """A query: arrays with a row for each ray, point or box, other arguments, and what answers it."""
+
+    query: str
+    rows: dict[str, Array]
+    options: dict[str, Any] = field(default_factory=dict)
+    kernel: str = "auto"
+    simd: str | None = None
+    n_threads: int = 1
+
+    def __len__(self) -> int:
+        return len(next(iter(self.rows.values()))) if self.rows else 0
+
+    def some(self, keep: Array) -> Question:
+        """Return the question about these rows alone."""
+        return replace(self, rows={name: values[keep] for name, values in self.rows.items()})
+
+
+@dataclass(frozen=True)
+class Case:
+    """A tree over some geometry, and questions."""
+
+    parts: tuple[Any, ...]  # of Part
+    build: dict[str, Any]
+    steps: tuple[str, ...] = ()
+    questions: tuple[Question, ...] = ()
+    offset: tuple[float, ...] | None = None
+    n_tiles: int = 1
+    scene: str = ""
+
+    @property
+    def kind(self) -> str:
+        """What tables call the geometry."""
+        return self.parts[0].label if len(self.parts) == 1 else "several parts"
+
+    @property
+    def is_refit(self) -> bool:
+        """Whether lines have moved since the build."""
+        return "refit" in self.steps
+
+    @property
+    def n_prims(self) -> int:
+        """The number of primitives."""
+        return sum(map(len, self.parts))
+
+    def alone(self, question: Question) -> Case:
+        """Return the case with one question."""
+        return replace(self, questions=(question,))
+
+    def some(self, keep: Array) -> Case:
+        """Return the case over some of the primitives, which are numbered over all parts."""
+        first = np.cumsum([0, *map(len, self.parts)])
+        kept = [keep[(keep >= a) & (keep < b)] - a for a, b in zip(first, first[1:], strict=False)]
+        return replace(self, parts=tuple(part.some(rows) for part, rows in zip(self.parts, kept, strict=True)))

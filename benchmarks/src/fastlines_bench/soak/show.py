@@ -1,0 +1,97 @@
+"""The summary of a soak as tables."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Iterable
+from typing import Any
+
+from rich.console import Console
+
+from ..harness.tables import new_table, print_table, wide_console
+from .faults import Trial
+from .run import Summary
+from .write import test_text
+
+#: The keys of the answers that a summary counts.
+GEOMETRY, QUERY, BUILDER, KERNEL, SIMD = range(5)
+
+
+def print_summary(summary: Summary) -> None:
+    """Print what was asked, what was decided, and what differs."""
+    console = wide_console()
+    for title, row, column in (
+        ("answers by geometry and query", GEOMETRY, QUERY),
+        ("answers by builder and kernel", BUILDER, KERNEL),
+        ("answers by query and instruction set", QUERY, SIMD),
+    ):
+        _print_counts(console, title, summary.answers, lambda key, at=row: key[at], lambda key, at=column: key[at])
+    for title, counts in (("threads", summary.threads), ("trees", summary.steps), ("options", summary.options)):
+        text = ", ".join(f"{name} {n:,}" for name, n in sorted(counts.items()) if n)
+        console.print(f"[bold]answers by {title}:[/] {text}" if text else f"no {title}", highlight=False)
+    _print_decisions(console, summary)
+    _print_end(console, summary)
+
+
+def _print_counts(
+    console: Console, title: str, counts: Counter[Any], row: Callable[[Any], str], column: Callable[[Any], str]
+) -> None:
+    if not counts:
+        return
+    sums: Counter[tuple[str, str]] = Counter()
+    for key, n in counts.items():
+        sums[row(key), column(key)] += n
+    rows, columns = sorted({a for a, _ in sums}), sorted({b for _, b in sums})
+    table = new_table(title, ["" if title else " "], columns)
+    for a in rows:
+        table.add_row(a, *(f"{sums[a, b]:,}" for b in columns))
+    print_table(console, table)
+
+
+def _print_decisions(console: Console, summary: Summary) -> None:
+    """Print ray–primitive decisions outside the band, by shape and by scene, for each instruction set."""
+    tally = summary.tally
+    if not tally.n:
+        return
+    sets = sorted({key[2] for key in tally.n})
+    names = [f"{simd}: n" for simd in sets] + [f"{simd}: wrong" for simd in sets]
+    for at, what in ((0, "shape"), (1, "scene")):
+        table = new_table(f"ray–primitive decisions outside the band, by {what}", [what], names)
+        for name in sorted({key[at] for key in tally.n}):
+            table.add_row(name, *_figures(tally.n, at, name, sets), *_figures(tally.wrong, at, name, sets))
+        print_table(console, table)
+    n, wrong = sum(tally.n.values()), sum(tally.wrong.values())
+    console.print(
+        f"ray–primitive decisions outside the band: {n:,}, wrong: {wrong:,}; in the band: {tally.n_in_band:,}",
+        highlight=False,
+    )
+
+
+def _figures(counts: Counter[tuple[str, str, str]], at: int, name: str, sets: Iterable[str]) -> list[str]:
+    return [f"{sum(n for key, n in counts.items() if key[at] == name and key[2] == simd):,}" for simd in sets]
+
+
+def _print_end(console: Console, summary: Summary) -> None:
+    """Print how much was done, and each difference with its small case."""
+    end = "interrupted" if summary.was_interrupted else "done"
+    console.print(
+        f"{end} after {summary.seconds / 60:.1f} minutes, seed {summary.plan.seed}: {summary.n_cases:,} cases, "
+        f"{summary.n_answers:,} answers, {len(summary.found)} differ; both sides refused {summary.n_refused:,} queries, "
+        f"and {summary.n_refused_builds:,} builds were refused",
+        highlight=False,
+    )
+    for found in summary.found:
+        again = f"fastlines-bench soak --seed {summary.plan.seed} --case {found.number}"
+        console.print(f"\n{again}: {found.why}", highlight=False, markup=False)
+        if found.shrunk is not None and found.path is None:
+            name = f"test_soak_{summary.plan.seed}_{found.number}"
+            console.print(test_text(found.shrunk, name, again, found.why), highlight=False, markup=False, soft_wrap=True)
+
+
+def print_trials(trials: Iterable[Trial]) -> None:
+    """Print how soon each planted fault was found."""
+    table = new_table("planted faults", ["fault"], ["found after (s)", "cases"], ["shrunk to", "where"])
+    for trial in trials:
+        after = "not found" if trial.found is None else f"{trial.seconds:.1f}"
+        table.add_row(trial.name, after, f"{trial.n_cases:,}", trial.found.size if trial.found else "", trial.where)
+    print_table(wide_console(), table)
