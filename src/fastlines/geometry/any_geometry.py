@@ -141,6 +141,11 @@ class AnyGeometry(Shown, HitAnswers, Immutable, ABC):
     def bounds(self) -> FloatArray:
         """The box without any `radius`, (2, 3): its lowest and highest corner; lowest > highest if it is empty."""
 
+    @property
+    def tree_bounds(self) -> FloatArray:
+        """The box of what trees bound (`build_data`), in the form of `bounds`; queries have limits relative to it."""
+        return self.bounds
+
     @abstractmethod
     def span(self) -> tuple[FloatArray, FloatArray]:
         """Return points that span the primitives, (m, 3), and the radius around each, (m,)."""

@@ -46,6 +46,7 @@ from fastlines.support import container
 from fastlines.support.atomic_write import atomic_write
 from fastlines.support.immutable import own
 from fastlines.support.optional import optional
+from fastlines.support.texts import counted
 from fastlines.threads import MAX_THREADS, map_in_threads, num_threads
 
 __all__ = [
@@ -81,6 +82,7 @@ __all__ = [
     "check_query",
     "compiled_engine",
     "container",
+    "counted",
     "cuda_device",
     "cuda_program",
     "describe_machine",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -26,6 +27,11 @@ class Question:
 
     def __len__(self) -> int:
         return len(next(iter(self.rows.values()))) if self.rows else 0
+
+    @property
+    def noun(self) -> str:
+        """What its rows are."""
+        return "rays" if "origins" in self.rows else "points" if "points" in self.rows else "boxes"
 
     def some(self, keep: Array) -> Question:
         """Return the question about these rows alone."""
@@ -66,5 +72,5 @@ class Case:
     def some(self, keep: Array) -> Case:
         """Return the case over some of the primitives, which are numbered over all parts."""
         first = np.cumsum([0, *map(len, self.parts)])
-        kept = [keep[(keep >= a) & (keep < b)] - a for a, b in zip(first, first[1:], strict=False)]
+        kept = [keep[(keep >= a) & (keep < b)] - a for a, b in pairwise(first)]
         return replace(self, parts=tuple(part.some(rows) for part, rows in zip(self.parts, kept, strict=True)))

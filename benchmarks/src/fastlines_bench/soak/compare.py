@@ -11,6 +11,9 @@ from .answers import REFUSALS, by_brute_force, error_columns, first_difference, 
 from .case import Case
 from .trees import Subject, subject_of
 
+#: What tells an error from another answer in a description.
+RAISES = " raises "
+
 
 @dataclass(frozen=True)
 class Outcome:
@@ -42,3 +45,8 @@ def _outcome(subject: Subject, case: Case, number: int) -> Outcome:
 def difference(case: Case) -> str | None:
     """Return the first difference of a case; None if there is none."""
     return next((one.difference for one in outcomes(case) if one.difference is not None), None)
+
+
+def is_same_kind(why: str | None, other: str) -> bool:
+    """Return whether two differences are of one kind: an error, or different answers."""
+    return why is not None and (RAISES in why) == (RAISES in other)

@@ -98,7 +98,7 @@ def _clearance(rays: ExactRays, geometry: Any, centre: Array) -> Array:
     return np.asarray(np.minimum.reduceat(clearance, first, axis=1))
 
 
-def _hits(geometry: Any, rows: dict[str, Array], simd: str, n_threads: int) -> Array:
+def _hits(geometry: Any, rows: dict[str, Any], simd: str, n_threads: int) -> Array:
     """Return whether each ray hits each primitive, (n_rays, n_prims) bool."""
     with on(simd, n_threads):
         hits = fl.build(geometry).all_hits(**rows)

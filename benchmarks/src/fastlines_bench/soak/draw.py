@@ -98,5 +98,3 @@ def _steps(rng: Random, case: Case) -> tuple[str, ...]:
     elif not is_own and rng.random() < 0.1:
         chosen.append("forest of one file")
     return tuple(map(str, chosen))
-
-

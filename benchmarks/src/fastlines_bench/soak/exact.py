@@ -5,8 +5,8 @@ convex, so its least value is at an end of the axis, or where its derivative is 
 ends of the ray. Triangles and boxes are as in textbooks.
 
 Let size be the longest side of the scene with its radii, a the distance at which a ray passes the centre of the scene,
-and ρ its largest reach there. A decision is in the *band* if the surface of the primitive is within 2⁻²¹·(2·size + a + ρ)
-of the ray; with a spread κ, within 1 + κ times as much.
+and ρ its largest reach there. A decision is in the *band* if the ray is within 2⁻²¹·(2·size + a + ρ) of the surface of
+the primitive; with a spread κ, within 1 + κ times as much.
 """
 
 from __future__ import annotations
@@ -79,6 +79,11 @@ def less(a: Vector, b: Vector) -> Vector:
     return a[0] - b[0], a[1] - b[1], a[2] - b[2]
 
 
+def plus(a: Vector, s: Any, b: Vector) -> Vector:
+    """Return a + s·b."""
+    return a[0] + s * b[0], a[1] + s * b[1], a[2] + s * b[2]
+
+
 def cross(a: Vector, b: Vector) -> Vector:
     """Return the vector product."""
     return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
@@ -111,8 +116,8 @@ def clearance_of_cones(rays: ExactRays, ends: Array, radii: Array) -> Array:
         """Return D − R at s; where R is negative there is no hit, and D − R is positive."""
         z = along + s * e_along
         t = np.minimum(np.maximum(z, rays.low), rays.high)
-        x = tuple(w[k] + s * e[k] - t * d[k] for k in range(3))
-        return np.sqrt(dot(x, x)) - (reach0 + s * slope)  # type: ignore[arg-type]
+        x = plus(plus(w, s, e), -t, d)
+        return np.asarray(np.sqrt(dot(x, x)) - (reach0 + s * slope))
 
     def stationary(length2: Array, we_: Array, ww_: Array) -> Array:
         """Return the s in [0, 1] at which |w + s·e| − R is stationary, for vectors with these products."""
@@ -156,7 +161,7 @@ def decide_triangles(rays: ExactRays, corners: Array, band: Array) -> tuple[Arra
     certain = nearest > band
     for bound in (rays.low, rays.high):
         at = np.where(np.isfinite(bound), bound, 0.0)
-        box = _distance_from_box(less(tuple(at * x for x in d), (0, 0, 0)), points)  # type: ignore[arg-type]
+        box = _distance_from_box(plus((0, 0, 0), at, d), points)
         certain &= ~np.isfinite(bound) | (box > band) | (_distance_from_plane(at, a, d, n) > band)
     return is_hit, certain
 
@@ -169,7 +174,7 @@ def _distance_from_line(p: Vector, e: Vector, d: Vector) -> Array:
         s = np.minimum(np.maximum(-product / length2, 0), 1)
     found = np.full(np.shape(product), np.inf)
     for at in (0.0, 1.0, np.where(np.isfinite(s), s, 0)):
-        x: Vector = tuple(p[k] + at * e[k] - (along + at * e_along) * d[k] for k in range(3))  # type: ignore[assignment]
+        x = plus(plus(p, at, e), -(along + at * e_along), d)
         found = np.minimum(found, np.sqrt(dot(x, x)))
     return found
 
@@ -181,15 +186,15 @@ def _distance_from_box(x: Vector, points: list[Vector]) -> Array:
         low = np.minimum(np.minimum(points[0][k], points[1][k]), points[2][k])
         high = np.maximum(np.maximum(points[0][k], points[1][k]), points[2][k])
         sum2 = sum2 + np.maximum(np.maximum(low - x[k], x[k] - high), 0) ** 2
-    return np.sqrt(sum2)
+    return np.asarray(np.sqrt(sum2))
 
 
 def _distance_from_plane(at: Array, a: Vector, d: Vector, n: Vector) -> Array:
     """Return the distance of the ray's point from the planes of triangles; 0 for those without a plane."""
     length = np.sqrt(dot(n, n))
-    x: Vector = tuple(at * d[k] - a[k] for k in range(3))  # type: ignore[assignment]
+    x = plus(a, -at, d)
     with np.errstate(divide="ignore", invalid="ignore"):
-        return np.nan_to_num(np.abs(dot(x, n)) / length, nan=0.0, posinf=0.0)
+        return np.asarray(np.nan_to_num(np.abs(dot(x, n)) / length, nan=0.0, posinf=0.0))
 
 
 def decide_boxes(rays: ExactRays, corners: Array, band: Array) -> tuple[Array, Array]:

@@ -1,6 +1,6 @@
 """Faults planted on purpose, one at a time, which a soak must find: in the blocks of layouts, in files, in answers.
 
-A fault replaces a function of the compiled engine, or of the reader of files, in this process; no compiled code changes.
+A fault replaces a function of the compiled engine, or of the reader of files. Compiled code stays as it is.
 """
 
 from __future__ import annotations
@@ -19,7 +19,6 @@ import numpy as np
 import fastlines as fl
 
 from ..harness.internals import container, own, use_engine
-from .draw import Choice
 from .run import Found, Plan, Progress, Summary, is_decisions, run_case
 from .scenes import Array
 
@@ -165,8 +164,8 @@ def _without_ends(real: Changed, *given: Any) -> Any:
     """Miss what is hit at the last point of a line."""
     t, prim, u, distance, t_out = real(*given)
     at_end = u == 1
-    t, prim, u, distance = (np.where(at_end, none, of) for none, of in ((np.inf, t), (-1, prim), (0, u), (np.inf, distance)))
-    return np.float32(t), prim, np.float32(u), np.float32(distance), t_out
+    missing = ((t, np.inf), (prim, -1), (u, 0), (distance, np.inf))
+    return *(np.where(at_end, none, of).astype(of.dtype) for of, none in missing), t_out
 
 
 def _wrong_last_neighbour(real: Changed, view: Any, points: Any, limit: Any, k: int, *given: Any) -> Any:
@@ -223,19 +222,16 @@ class Trial:
 
 def run_trial(fault: Fault, plan: Plan, progress: Progress, tell: Callable[[str], None]) -> Trial:
     """Soak with a planted fault until it is found, or the time is over."""
-    summary, start, seconds = Summary(plan), time.monotonic(), 0.0
+    summary, start, share = Summary(plan, most_shrunk=1), time.monotonic(), 0.0
     with fault.planted():
         for number in count():
-            if is_decisions(number, Choice()):
+            if is_decisions(number, plan.choice):
                 continue
-            began = time.monotonic()
             run_case(summary, number, tell)
-            if summary.found:
-                # Making it small is not a part of finding it.
-                seconds = began - start
+            share = (time.monotonic() - start) / (60 * plan.minutes)
+            if summary.found or share > 1:
                 break
-            seconds = time.monotonic() - start
-            if seconds > 60 * plan.minutes:
-                break
-            progress(f"planted: {fault.name}", seconds / (60 * plan.minutes))
-    return Trial(fault.name, fault.where, summary.found[0] if summary.found else None, seconds, summary.n_cases)
+            progress(f"planted: {fault.name}", share)
+    found = summary.found[0] if summary.found else None
+    seconds = (found.at if found else time.monotonic()) - start
+    return Trial(fault.name, fault.where, found, seconds, summary.n_cases)

@@ -53,7 +53,7 @@ def _placed(points: Array, offset: tuple[float, ...] | None) -> Array:
 
 
 def _lines(rows: dict[str, Array], options: dict[str, Any], offset: tuple[float, ...] | None) -> fl.Lines:
-    more = {name: rows[name] for name in ("radius", "strands") if name in rows}
+    more: Any = {name: rows[name] for name in ("radius", "strands") if name in rows}
     return fl.Lines.from_segments(_placed(rows["ends"], offset), offset=offset, **more)
 
 
@@ -63,8 +63,8 @@ def _spheres(rows: dict[str, Array], options: dict[str, Any], offset: tuple[floa
 
 def _curves(rows: dict[str, Array], options: dict[str, Any], offset: tuple[float, ...] | None) -> fl.Curves:
     given = _placed(rows["control"], offset)
-    more = {"strands": rows["strands"]} if "strands" in rows else {}
-    return fl.Curves.from_bezier(given, rows["radius"], tolerance=options["tolerance"], offset=offset, **more)
+    strands, tolerance = rows.get("strands"), options["tolerance"]
+    return fl.Curves.from_bezier(given, rows["radius"], strands=strands, tolerance=tolerance, offset=offset)
 
 
 #: What makes a container of a kind, from rows, options and an offset.
@@ -125,9 +125,10 @@ def _random_curves(rng: Random, ends: Array, size: float) -> Part:
         rows = {"control": control.astype(np.float32), "radius": 0.3 * random_radii(rng, ends)}
         return Part("curves", rows, {"tolerance": tolerance, "label": "curves, bezier"})
     points, radii = ends[:, 0], 0.3 * random_radii(rng, ends)[:, 0]
-    more = {"tangents": rng.normal(0, 0.3 * size, (n, 3))} if basis == "hermite" else {}
+    tangents = rng.normal(0, 0.3 * size, (n, 3)) if basis == "hermite" else None
     half = n // 2 if n >= 8 else n
     counts = [half, n - half] if half < n else [n]
-    made = fl.Curves.from_strands(points, counts, basis=basis, radius=radii, tolerance=tolerance, **more)
+    made = fl.Curves.from_strands(points, counts, basis=basis, radius=radii, tangents=tangents, tolerance=tolerance)
+    assert made.radius is not None
     rows = {"control": made.control, "radius": np.maximum(made.radius, np.float32(0)), "strands": made.strands}
     return Part("curves", rows, {"tolerance": tolerance, "label": f"curves, {basis}"})

@@ -111,7 +111,7 @@ def _touch(rng: Random, scene: Scene, rows: dict[str, Array]) -> None:
     """Let radii be those at which rays just touch a primitive, or one unit in the last place more or less."""
     if not isinstance(scene.geometry, fl.Lines) or not len(scene.geometry):
         return
-    asked = {**rows, "radius": np.full(len(rows["origins"]), 0.3 * scene.size, np.float32)}
+    asked: dict[str, Any] = {**rows, "radius": np.full(len(rows["origins"]), 0.3 * scene.size, np.float32)}
     if scene.geometry.offset != (0, 0, 0):
         return
     hits = fl.brute_force(scene.geometry, **asked)

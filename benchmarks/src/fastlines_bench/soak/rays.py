@@ -19,13 +19,13 @@ def targets(rng: Random, ends: Array, n: int, miss: float) -> Array:
         return rng.uniform(-1, 1, (n, 3))
     p, q = ends[rng.integers(0, len(ends), n)].swapaxes(0, 1)
     s = rng.choice([0.0, 1.0, 0.5, *rng.random(5)], (n, 1))
-    return p + s * (q - p) + rng.normal(0, 1, (n, 3)) * miss * rng.choice([0, 1e-3, 0.1, 1], (n, 1))
+    return np.asarray(p + s * (q - p) + rng.normal(0, 1, (n, 3)) * miss * rng.choice([0, 1e-3, 0.1, 1], (n, 1)))
 
 
 def unit_vectors(rng: Random, n: int) -> Array:
     """Return isotropic directions."""
     v = rng.normal(0, 1, (n, 3))
-    return v / np.linalg.norm(v, axis=1, keepdims=True)
+    return np.asarray(v / np.linalg.norm(v, axis=1, keepdims=True))
 
 
 def _from_distance(distance: float) -> Aim:
@@ -138,7 +138,7 @@ def random_bounds(rng: Random, ends: Array, rays: dict[str, Array]) -> dict[str,
 
 
 def random_spreads(rng: Random, ends: Array, rays: dict[str, Array]) -> Array:
-    """Return a spread for each ray: none, some of any size, and some that make the reach about the size of the scene."""
+    """Return a spread for each ray: none, any, or one that makes the reach about the size of the scene."""
     n, size = len(rays["origins"]), size_of(ends)
     found = 10.0 ** rng.uniform(-5, 0.7, n)
     away = np.linalg.norm(rays["origins"].astype(np.float64) - (ends.reshape(-1, 3)[:1] if len(ends) else 0), axis=1)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+import warnings
 from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
@@ -12,22 +13,23 @@ from typing import Any, TypeAlias
 
 import fastlines as fl
 
+from ..harness.internals import counted
 from ..harness.machine import describe
 from .answers import RAY_QUERIES
 from .builds import builder_name
 from .case import Case
-from .compare import difference, outcomes
+from .compare import difference, is_same_kind, outcomes
 from .decisions import DECIDED, Tally, check_decisions
 from .draw import Choice, draw_case
 from .shrink import shrink
 from .write import write_test
 
 Progress: TypeAlias = Callable[[str, float], None]
+#: What answers are counted by: geometry, query, builder, kernel, instruction set.
+Answer: TypeAlias = tuple[str, str, str, str, str]
 
 #: Of so many numbers, one is a batch of decisions, and the others are cases of a tree.
 DECISIONS_EVERY = 3
-#: How many differences are made small; of further ones, the soak only tells the number.
-MOST_SHRUNK = 10
 
 
 @dataclass(frozen=True)
@@ -55,6 +57,8 @@ class Found:
 
     number: int
     why: str
+    #: When it was found, on the clock of `time.monotonic`.
+    at: float
     shrunk: Case | None = None
     path: Path | None = None
 
@@ -63,9 +67,13 @@ class Found:
         """How large the small case is."""
         if self.shrunk is None:
             return "not shrunk"
-        question = self.shrunk.questions[0] if self.shrunk.questions else None
-        rows = f", {len(question)} rows of {question.query}" if question else ""
-        return f"{self.shrunk.n_prims} primitives{rows}"
+        sizes = [counted(self.shrunk.n_prims, "primitives")]
+        if self.shrunk.questions:
+            question = self.shrunk.questions[0]
+            if len(question):
+                sizes.append(counted(len(question), question.noun))
+            sizes.append(question.query)
+        return ", ".join(sizes)
 
 
 @dataclass
@@ -73,8 +81,10 @@ class Summary:
     """What a soak has done, and found."""
 
     plan: Plan
+    #: How many differences are made small; of further ones, only their number is kept.
+    most_shrunk: int = 10
     #: Answers by geometry, query, builder, kernel and instruction set.
-    answers: Counter[tuple[str, str, str, str, str]] = field(default_factory=Counter)
+    answers: Counter[Answer] = field(default_factory=Counter)
     #: Answers by number of threads, by what was done with the tree, and by option.
     threads: Counter[str] = field(default_factory=Counter)
     steps: Counter[str] = field(default_factory=Counter)
@@ -150,7 +160,9 @@ def run_case(summary: Summary, number: int, tell: Callable[[str], None]) -> None
         for example in tally.examples:
             tell(f"case {number}: a wrong decision of {example}")
         return
-    case = draw_case(plan.seed, number, plan.choice)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        case = draw_case(plan.seed, number, plan.choice)
     became = outcomes(case)
     summary.n_refused_builds += not became
     summary.n_refused += sum(one.is_refused for one in became)
@@ -170,13 +182,15 @@ def is_decisions(number: int, choice: Choice) -> bool:
 def _count(summary: Summary, case: Case) -> None:
     builder = builder_name(case.build)
     for question in case.questions:
-        kernel = question.kernel if question.query in RAY_QUERIES else "points and boxes"
+        kernel = question.kernel if question.query in RAY_QUERIES else "no rays"
         summary.answers[case.kind, question.query, builder, kernel, question.simd or fl.simd()] += 1
         summary.threads[str(question.n_threads)] += 1
         summary.steps.update(case.steps or ("as built",))
         given = {**question.rows, **question.options}
         summary.options.update(given.keys() - {"origins", "directions", "points", "low", "high"})
-        summary.options.update(f"{name}={given[name]}" for name in ("at", "rank", "merge", "to", "blur") if name in given)
+        summary.options.update(
+            f"{name}={given[name]}" for name in ("at", "rank", "merge", "to", "blur") if name in given
+        )
     for name, is_on in (
         ("offset", case.offset is not None),
         ("presplit", "presplit" in case.build),
@@ -186,22 +200,22 @@ def _count(summary: Summary, case: Case) -> None:
         summary.steps[name] += len(case.questions) if is_on else 0
 
 
-def _report(
-    summary: Summary, case: Case, question: int, number: int, why: str, tell: Callable[[str], None]
-) -> Found:
+def _report(summary: Summary, case: Case, question: int, number: int, why: str, tell: Callable[[str], None]) -> Found:
     """Make a difference small, write it as a test, and print it."""
-    query = case.questions[question].query if case.questions else "the build"
+    query, now = case.questions[question].query if case.questions else "the build", time.monotonic()
+    plan = summary.plan
     tell(f"case {number}: {query}: {why}")
-    if len(summary.found) >= MOST_SHRUNK:
-        return Found(number, why)
+    if sum(found.shrunk is not None for found in summary.found) >= summary.most_shrunk:
+        return Found(number, why, now)
     alone = case.alone(case.questions[question]) if case.questions else case
-    if difference(alone) is None:
+    alone_why = difference(alone)
+    if alone_why is None:
         tell("  the question alone does not differ; the case is kept as it is")
-        return Found(number, why, replace(case, questions=case.questions[: question + 1]))
-    small = shrink(alone, lambda smaller: difference(smaller) is not None)
+        return Found(number, why, now, replace(case, questions=case.questions[: question + 1]))
+    small = shrink(alone, lambda smaller: is_same_kind(difference(smaller), alone_why))
     path = None
-    if summary.plan.folder is not None:
-        path = write_test(summary.plan.folder, small, summary.plan.seed, number, f"{query}: {difference(small)}")
-    found = Found(number, why, small, path)
+    if plan.folder is not None:
+        path = write_test(plan.folder, small, plan.seed, number, f"{query}: {difference(small)}")
+    found = Found(number, why, now, small, path)
     tell(f"  shrunk to {found.size}" + (f": {path}" if path else ""))
     return found

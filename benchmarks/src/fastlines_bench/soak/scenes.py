@@ -33,20 +33,20 @@ def hair(rng: Random, n: int) -> Array:
     """Return strands of eight steps, whose segments share their ends."""
     steps = np.array([0, 0, 0.1]) + rng.normal(0, 0.03, (-(-n // 8), 9, 3))
     points = rng.uniform(-1, 1, (len(steps), 1, 3)) * [1, 1, 0] + np.cumsum(steps, axis=1)
-    return np.stack([points[:, :-1], points[:, 1:]], axis=2).reshape(-1, 2, 3)[:n]
+    return np.asarray(np.stack([points[:, :-1], points[:, 1:]], axis=2).reshape(-1, 2, 3)[:n])
 
 
 def star(rng: Random, n: int) -> Array:
     """Return lines through one point, half of which end there; at zero, boxes around it shrink to nothing."""
     ends = np.stack([np.zeros((n, 3)), rng.normal(0, 0.5, (n, 3))], axis=1)
     ends[::2, 0] = -ends[::2, 1]
-    return ends + rng.choice([0.0, 0.25]) * np.array([1, 2, -0.5])
+    return np.asarray(ends + rng.choice([0.0, 0.25]) * np.array([1, 2, -0.5]))
 
 
 def equal_boxes(rng: Random, n: int) -> Array:
     """Return the diagonals of one box, either way round."""
     sign = rng.choice([-1.0, 1.0], (n, 3))
-    return np.stack([sign, -sign], axis=1) * [1, 0.7, 0.4]
+    return np.asarray(np.stack([sign, -sign], axis=1) * [1, 0.7, 0.4])
 
 
 def axis_parallel(rng: Random, n: int) -> Array:
@@ -60,7 +60,7 @@ def collinear(rng: Random, n: int) -> Array:
     """Return lines on one line, which overlap."""
     direction = rng.choice([0.0, 1.0, -0.5], 3)
     along = rng.uniform(-1, 1, (n, 2, 1))
-    return along * (direction if direction.any() else np.array([1.0, 0, 0]))
+    return np.asarray(along * (direction if direction.any() else np.array([1.0, 0, 0])))
 
 
 def thin(rng: Random, n: int) -> Array:
@@ -116,12 +116,12 @@ def with_points(rng: Random, ends: Array) -> Array:
 
 def on_grid(rng: Random, ends: Array) -> Array:
     """Round all coordinates, so that many are equal."""
-    return np.round(ends * 8) / 8
+    return np.asarray(np.round(ends * 8) / 8)
 
 
 def flattened(rng: Random, ends: Array) -> Array:
     """Project all lines on a plane."""
-    return ends * (np.arange(3) != rng.integers(3))
+    return np.asarray(ends * (np.arange(3) != rng.integers(3)))
 
 
 #: What may be done to a scene, and how often.

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterable
-from typing import Any
+from collections.abc import Iterable
 
 from rich.console import Console
 
 from ..harness.tables import new_table, print_table, wide_console
 from .faults import Trial
-from .run import Summary
+from .run import Answer, Summary
 from .write import test_text
 
 #: The keys of the answers that a summary counts.
@@ -20,12 +19,8 @@ GEOMETRY, QUERY, BUILDER, KERNEL, SIMD = range(5)
 def print_summary(summary: Summary) -> None:
     """Print what was asked, what was decided, and what differs."""
     console = wide_console()
-    for title, row, column in (
-        ("answers by geometry and query", GEOMETRY, QUERY),
-        ("answers by builder and kernel", BUILDER, KERNEL),
-        ("answers by query and instruction set", QUERY, SIMD),
-    ):
-        _print_counts(console, title, summary.answers, lambda key, at=row: key[at], lambda key, at=column: key[at])
+    for head, row, column in (("geometry", GEOMETRY, QUERY), ("builder", BUILDER, KERNEL), ("query", QUERY, SIMD)):
+        _print_counts(console, head, summary.answers, row, column)
     for title, counts in (("threads", summary.threads), ("trees", summary.steps), ("options", summary.options)):
         text = ", ".join(f"{name} {n:,}" for name, n in sorted(counts.items()) if n)
         console.print(f"[bold]answers by {title}:[/] {text}" if text else f"no {title}", highlight=False)
@@ -33,19 +28,17 @@ def print_summary(summary: Summary) -> None:
     _print_end(console, summary)
 
 
-def _print_counts(
-    console: Console, title: str, counts: Counter[Any], row: Callable[[Any], str], column: Callable[[Any], str]
-) -> None:
-    if not counts:
-        return
+def _print_counts(console: Console, head: str, answers: Counter[Answer], row: int, column: int) -> None:
+    """Print the number of answers by two of their keys."""
     sums: Counter[tuple[str, str]] = Counter()
-    for key, n in counts.items():
-        sums[row(key), column(key)] += n
+    for key, n in answers.items():
+        sums[key[row], key[column]] += n
     rows, columns = sorted({a for a, _ in sums}), sorted({b for _, b in sums})
-    table = new_table(title, ["" if title else " "], columns)
-    for a in rows:
-        table.add_row(a, *(f"{sums[a, b]:,}" for b in columns))
-    print_table(console, table)
+    if rows:
+        table = new_table(f"answers by {head}", [head], columns)
+        for name in rows:
+            table.add_row(name, *(f"{sums[name, of]:,}" for of in columns))
+        print_table(console, table)
 
 
 def _print_decisions(console: Console, summary: Summary) -> None:
@@ -76,8 +69,8 @@ def _print_end(console: Console, summary: Summary) -> None:
     end = "interrupted" if summary.was_interrupted else "done"
     console.print(
         f"{end} after {summary.seconds / 60:.1f} minutes, seed {summary.plan.seed}: {summary.n_cases:,} cases, "
-        f"{summary.n_answers:,} answers, {len(summary.found)} differ; both sides refused {summary.n_refused:,} queries, "
-        f"and {summary.n_refused_builds:,} builds were refused",
+        f"{summary.n_answers:,} answers, {len(summary.found)} differ. Both sides refused {summary.n_refused:,} of the "
+        f"queries; {summary.n_refused_builds:,} builds were refused.",
         highlight=False,
     )
     for found in summary.found:
@@ -85,7 +78,9 @@ def _print_end(console: Console, summary: Summary) -> None:
         console.print(f"\n{again}: {found.why}", highlight=False, markup=False)
         if found.shrunk is not None and found.path is None:
             name = f"test_soak_{summary.plan.seed}_{found.number}"
-            console.print(test_text(found.shrunk, name, again, found.why), highlight=False, markup=False, soft_wrap=True)
+            console.print(
+                test_text(found.shrunk, name, again, found.why), highlight=False, markup=False, soft_wrap=True
+            )
 
 
 def print_trials(trials: Iterable[Trial]) -> None:

@@ -5,11 +5,12 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from functools import partial
 from typing import Any, TypeAlias
 
 import numpy as np
 
-from .case import Case
+from .case import Case, Question
 from .scenes import Array
 
 #: Whether a case still fails.
@@ -19,19 +20,19 @@ Fails: TypeAlias = Callable[[Case], bool]
 NEEDED = {"origins", "directions", "points", "low", "high", "k", "max_bytes", "blur"}
 
 
-def shrink(case: Case, fails: Fails, seconds: float = 60.0) -> Case:
-    """Return a smaller case that fails too; the search ends after some time.
+def shrink(case: Case, fails: Fails, seconds: float = 30.0) -> Case:
+    """Return a smaller case that fails too; the search ends after so many seconds of processor time.
 
     It is delta debugging (Zeller and Hildebrandt 2002): rows are left out in halves, quarters, … as long as the case
     fails, and then settings, options and digits one by one, until nothing more can be left out.
     """
-    end = time.monotonic() + seconds
+    end = time.process_time() + seconds
 
     def still_fails(smaller: Case) -> bool:
-        return time.monotonic() < end and fails(smaller)
+        return time.process_time() < end and fails(smaller)
 
     before = None
-    while before is not case and time.monotonic() < end:
+    while before is not case and time.process_time() < end:
         before = case
         for smaller in (_without_settings, _fewer_prims, _fewer_rows, _without_options, _shorter_numbers):
             case = smaller(case, still_fails)
@@ -55,7 +56,7 @@ def _without_settings(case: Case, fails: Fails) -> Case:
         if case.build:
             yield replace(case, build={})
         for name in case.build:
-            yield replace(case, build={key: value for key, value in case.build.items() if key != name})
+            yield replace(case, build=_without(case.build, name))
         for i in range(len(case.steps)):
             yield replace(case, steps=case.steps[:i] + case.steps[i + 1 :])
         if case.offset is not None:
@@ -64,11 +65,19 @@ def _without_settings(case: Case, fails: Fails) -> Case:
             if len(case.parts) > 1:
                 yield replace(case, parts=case.parts[:i] + case.parts[i + 1 :])
         for question in case.questions:
-            for name, plain in (("kernel", "auto"), ("simd", None), ("n_threads", 1)):
-                if getattr(question, name) != plain:
-                    yield case.alone(replace(question, **{name: plain}))
+            for changed in (
+                replace(question, kernel="auto"),
+                replace(question, simd=None),
+                replace(question, n_threads=1),
+            ):
+                if changed != question:
+                    yield case.alone(changed)
 
     return _each(case, candidates, fails)
+
+
+def _without(given: dict[str, Any], name: str) -> dict[str, Any]:
+    return {key: value for key, value in given.items() if key != name}
 
 
 def minimised(n: int, fails: Callable[[Array], bool]) -> Array:
@@ -95,26 +104,29 @@ def _fewer_prims(case: Case, fails: Fails) -> Case:
 
 def _fewer_rows(case: Case, fails: Fails) -> Case:
     for question in case.questions:
-        kept = minimised(len(question), lambda rows, of=question: len(rows) > 0 and fails(case.alone(of.some(rows))))
+        kept = minimised(len(question), partial(_fails_with, case, question, fails))
         if len(kept) < len(question):
             return case.alone(question.some(kept))
     return case
 
 
+def _fails_with(case: Case, question: Question, fails: Fails, rows: Array) -> bool:
+    return len(rows) > 0 and fails(case.alone(question.some(rows)))
+
+
 def _without_options(case: Case, fails: Fails) -> Case:
     def candidates(case: Case) -> Iterator[Case]:
         for question in case.questions:
-            for field in ("rows", "options"):
-                given = getattr(question, field)
-                for name in given.keys() - NEEDED:
-                    less = {key: value for key, value in given.items() if key != name}
-                    yield case.alone(replace(question, **{field: less}))
+            for name in question.rows.keys() - NEEDED:
+                yield case.alone(replace(question, rows=_without(question.rows, name)))
+            for name in question.options.keys() - NEEDED:
+                yield case.alone(replace(question, options=_without(question.options, name)))
             if question.options.get("k", 1) > 1:
                 yield case.alone(replace(question, options={**question.options, "k": question.options["k"] // 2}))
         for i, part in enumerate(case.parts):
             for name in part.rows.keys() & {"radius", "strands"} if part.kind in ("lines", "cones") else ():
-                rows = {key: values for key, values in part.rows.items() if key != name}
-                yield replace(case, parts=(*case.parts[:i], replace(part, rows=rows), *case.parts[i + 1 :]))
+                plain = replace(part, rows=_without(part.rows, name))
+                yield replace(case, parts=(*case.parts[:i], plain, *case.parts[i + 1 :]))
 
     return _each(case, candidates, fails)
 

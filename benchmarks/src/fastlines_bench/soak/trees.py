@@ -58,7 +58,8 @@ def subject_of(case: Case, folder: Path) -> Subject:
         given = {name: value for name, value in case.build.items() if name != "method"}
         forest = write_forest(geometry, folder / "forest", tile_of, case.build.get("method"), **given)
         return Subject(forest, geometry)
-    tree, less = fl.build(geometry, **case.build), None
+    tree: Any = fl.build(geometry, **case.build)
+    less = None
     for step in case.steps:
         match step:
             case "layout":

@@ -9,16 +9,18 @@ from typing import Any
 import numpy as np
 
 from . import balls
-from .answers import NAMES, OF_SURFACES, POINT_QUERIES, RAY_QUERIES
+from .answers import OF_SURFACES, POINT_QUERIES, RAY_QUERIES
 from .builds import text_of
 from .case import Case, Question
 from .parts import Part
 from .scenes import Array
 
+#: The columns of answers that a test compares.
+COLUMNS = ("offsets", "t", "prim", "u", "distance", "t_out", "i", "j", "s", "sum", "squares", "count")
 #: Numbers whose decimal text is at most this long are written so; others as hexadecimal, which is exact too.
 SHORT = 8
-#: The widest line.
-WIDTH = 120
+#: Arrays whose text is longer have a line for each row.
+LONG = 80
 
 
 def number_text(x: float) -> str:
@@ -45,7 +47,10 @@ def array_text(values: Array) -> str:
 
     if values.size == 0:
         return f"np.zeros({values.shape}, np.{values.dtype})"
-    return f"np.array({nested(values.tolist())}, np.{values.dtype})"
+    text = nested(values.tolist())
+    if len(text) > LONG and values.ndim > 1:  # a line for each row
+        text = "".join(["[", *(f"\n        {nested(row)}," for row in values.tolist()), "\n    ]"])
+    return f"np.array({text}, np.{values.dtype})"
 
 
 def value_text(value: Any) -> str:
@@ -188,9 +193,9 @@ def _asked(case: Case, question: Question) -> list[str]:
 
 def _compared(query: str, less: str, kernel: str) -> list[str]:
     found = f"found = tree.{query}(**({less}){kernel})" if less != "asked" else f"found = tree.{query}(**asked{kernel})"
-    names: Any = OF_SURFACES if query == "first_surface" else tuple(name for name in NAMES if name != "skipped")
+    names = ", ".join(f'"{name}"' for name in (OF_SURFACES if query == "first_surface" else COLUMNS))
     every = [
-        f"for name in {names}:",
+        f"for name in ({names}):",
         "    a, b = getattr(found, name, None), getattr(expected, name, None)",
         "    assert (a is None) == (b is None), name",
         "    assert a is None or np.asarray(a).tobytes() == np.asarray(b).tobytes(), (name, a, b)",
