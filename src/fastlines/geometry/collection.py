@@ -85,12 +85,9 @@ class Geometry(AnyGeometry):
     @property
     def bounds(self) -> FloatArray:
         """The box of all parts as (2, 3), without their radii: lowest and highest corner."""
-        return _box_of_boxes([part.bounds for part in self.parts])
-
-    @property
-    def tree_bounds(self) -> FloatArray:
-        """The box of what trees bound in all parts."""
-        return _box_of_boxes([part.tree_bounds for part in self.parts])
+        boxes = [part.bounds for part in self.parts] or [np.array([[np.inf] * 3, [-np.inf] * 3], np.float32)]
+        corners = np.stack(boxes)
+        return np.stack([corners[:, 0].min(axis=0), corners[:, 1].max(axis=0)])
 
     # --- What the core gets ---
 
@@ -387,11 +384,6 @@ class Geometry(AnyGeometry):
         which = ", ".join(f"part {i} ({part.count_text()})" for i, part in thick)
         how = f", or drop the radius of {which} first: dataclasses.replace(part, radius=None)" if thick else ""
         raise InputError(f"own_radius=False is for lines, this is a Geometry; leave it out{how}")
-
-
-def _box_of_boxes(boxes: list[FloatArray]) -> FloatArray:
-    corners = np.stack([np.array([[np.inf] * 3, [-np.inf] * 3], np.float32), *boxes])
-    return np.stack([corners[:, 0].min(axis=0), corners[:, 1].max(axis=0)])
 
 
 def as_geometry(geometry: Any, *, invalid: str = "error") -> AnyGeometry:

@@ -9,7 +9,7 @@ from typing import Any, ClassVar, NamedTuple, Protocol, cast
 import numpy as np
 import numpy.typing as npt
 
-from ..arrays import COORDINATE_LIMIT, FloatArray, IntArray, box_of, refuse_rows, unusable
+from ..arrays import COORDINATE_LIMIT, FloatArray, IntArray, refuse_rows, unusable
 from ..errors import InputError
 from ..support.computed_once import computed_once
 from ..support.distinct import is_among
@@ -128,11 +128,6 @@ class UserPrimitives(AnyGeometry):
         """The box of all primitives as (2, 3): lowest and highest corner; lowest > highest if there are none."""
         low, high = (part.reshape(-1, 3) for part in (self._boxes[:, 0], self._boxes[:, 1]))
         return np.stack([low.min(axis=0, initial=np.inf), high.max(axis=0, initial=-np.inf)]).astype(np.float32)
-
-    @property
-    def tree_bounds(self) -> FloatArray:
-        """The box of the boxes that the core searches."""
-        return box_of(self.core_rows[:, :6].reshape(-1, 3))
 
     @computed_once
     def _pieces(self) -> tuple[Float64Array, IntArray]:

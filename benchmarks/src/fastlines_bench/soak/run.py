@@ -151,18 +151,24 @@ def run_soak(plan: Plan, progress: Progress, tell: Callable[[str], None]) -> Sum
 
 def run_case(summary: Summary, number: int, tell: Callable[[str], None]) -> None:
     """Run one case, and add what became of it."""
-    plan = summary.plan
     summary.n_cases += 1
-    if is_decisions(number, plan.choice):
-        kinds = tuple(kind for kind in plan.choice.kinds if kind in DECIDED)
-        tally = check_decisions(plan.seed, number, kinds)
-        summary.tally.add(tally)
-        for example in tally.examples:
-            tell(f"case {number}: a wrong decision of {example}")
-        return
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        case = draw_case(plan.seed, number, plan.choice)
+        (_decide if is_decisions(number, summary.plan.choice) else _compare)(summary, number, tell)
+
+
+def _decide(summary: Summary, number: int, tell: Callable[[str], None]) -> None:
+    """Compare a batch of decisions with float64."""
+    plan = summary.plan
+    tally = check_decisions(plan.seed, number, tuple(kind for kind in plan.choice.kinds if kind in DECIDED))
+    summary.tally.add(tally)
+    for example in tally.examples:
+        tell(f"case {number}: a wrong decision of {example}")
+
+
+def _compare(summary: Summary, number: int, tell: Callable[[str], None]) -> None:
+    """Compare the answers of a tree with those of brute force."""
+    case = draw_case(summary.plan.seed, number, summary.plan.choice)
     became = outcomes(case)
     summary.n_refused_builds += not became
     summary.n_refused += sum(one.is_refused for one in became)

@@ -63,7 +63,12 @@ def value_text(value: Any) -> str:
 def test_text(case: Case, name: str, found_by: str, why: str) -> str:
     """Return the text of a test of a case with one question."""
     question = case.questions[0] if case.questions else None
-    body = [*_geometry(case), *_environment(question), *_tree(case), *(_asked(case, question) if question else ())]
+    body = [
+        *_geometry(case),
+        *_environment(question),
+        *_tree(case),
+        *(_asked(case, question) if question is not None else ()),
+    ]
     text = "\n".join(f"    {line}" if line else "" for line in body)
     head = [f'"""{_head(found_by, why)}"""', "", *_imports(text)]
     if any(part.kind == "own class" for part in case.parts):
@@ -130,9 +135,9 @@ def _geometry(case: Case) -> list[str]:
 
 def _environment(question: Question | None) -> list[str]:
     lines = []
-    if question and question.simd is not None:
+    if question is not None and question.simd is not None:
         lines.append(f'monkeypatch.setenv("FASTLINES_SIMD", "{question.simd}")')
-    if question and question.n_threads > 1:
+    if question is not None and question.n_threads > 1:
         lines.append(f'monkeypatch.setenv("FASTLINES_NUM_THREADS", "{question.n_threads}")')
     return lines
 
@@ -182,7 +187,7 @@ def _asked(case: Case, question: Question) -> list[str]:
         lines.append(f'    "{name}": {value_text(values)}{".astype(np.float64) + offset" if moves else ""},')
     lines.append("}")
     less = "asked"
-    if "without offset" in case.steps:
+    if "without offset" in case.steps and question.rows:
         moved = next(name for name in ("origins", "points", "low") if name in question.rows)
         less = f'asked | {{"{moved}": asked["{moved}"] - offset}}'
         if moved == "low":
