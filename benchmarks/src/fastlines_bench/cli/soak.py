@@ -56,7 +56,7 @@ def soak(
 
     A case is a nasty scene of any kind of geometry, a tree of any builder and settings, what users do with trees (save,
     load, pickle, refit, forests), and queries with any options, kernel, instruction set and number of threads. Each
-    difference is made small and printed as a test. Every third case decides which rays hit which primitives, and
+    difference is made small and printed as a test. Every second case decides which rays hit which primitives, and
     compares that with float64. Ctrl-C ends with the summary so far; the exit code is 1 if anything differs.
 
     [bold]Examples[/]

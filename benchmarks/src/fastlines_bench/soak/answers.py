@@ -11,6 +11,7 @@ import numpy as np
 
 import fastlines as fl
 
+from ..harness.internals import as_geometry
 from .case import Case, Question
 from .scenes import Array
 from .trees import Subject, on
@@ -29,7 +30,8 @@ RAY_QUERIES = (
     "gather",
 )
 POINT_QUERIES = ("nearest", "within", "count_within")
-OTHER_QUERIES = ("pairs", "along", "in_box")
+PAIR_QUERIES = ("pairs", "iter_pairs")
+OTHER_QUERIES = (*PAIR_QUERIES, "along", "in_box")
 QUERIES = RAY_QUERIES + POINT_QUERIES + OTHER_QUERIES
 
 #: The columns of answers. Of `first_surface`, the others may be those of a piece of a curve.
@@ -37,6 +39,7 @@ NAMES = (
     *("offsets", "t", "prim", "u", "distance", "t_out", "part", "skipped", "strand"),
     *("i", "j", "s", "segment", "sum", "squares", "count"),
 )
+PAIR_COLUMNS = ("i", "j", "s", "t", "distance")
 OF_SURFACES = ("t", "prim", "u", "part")
 #: The errors by which a query is refused. Any other error is one of the package.
 REFUSALS = (fl.FastlinesError, MemoryError)
@@ -111,9 +114,14 @@ def found_by_tree(subject: Subject, case: Case, question: Question) -> Columns:
         try:
             if question.query == "along":
                 return columns_of(subject.tree.along(given.pop("points"), **given))
+            if question.other is not None:
+                other = fl.build(question.other.made(case.offset))
+                given["other"] = other.without_offset() if subject.less else other
             answer = getattr(subject.tree, question.query)(**given)
             if question.query == "iter_all_hits":
                 return _joined(list(answer), len(question))
+            if question.query == "iter_pairs":
+                return _joined_pairs(list(answer))
             return columns_of(answer, OF_SURFACES if question.query == "first_surface" else NAMES)
         except Exception as error:
             return error_columns(error)
@@ -128,12 +136,21 @@ def _joined(parts: list[Any], n_rays: int) -> Columns:
     return {"offsets": np.concatenate([[0], np.cumsum(counts)]), **joined}
 
 
+def _joined_pairs(parts: list[fl.Pairs]) -> Columns:
+    """Return the parts of all pairs as one answer."""
+    none = fl.brute_force_pairs(np.zeros((0, 2, 3)), 0.0)
+    each = [{name: getattr(part, name) for name in PAIR_COLUMNS} for part in (parts or [none])]
+    return {name: np.concatenate([one[name] for one in each]) for name in PAIR_COLUMNS}
+
+
 def by_brute_force(geometry: Any, case: Case, question: Question) -> Columns:
     """Return the answer of brute force."""
     move = None if case.offset is None else np.array(case.offset)
     given = arguments(question, len(geometry), move)
     with _quiet(), on(None, 1):
         try:
+            if question.other is not None:
+                given["other"] = as_geometry(question.other.made(case.offset))
             ask: Callable[[Any, str, dict[str, Any]], Columns] = _BY_QUERY.get(question.query, _ray_query)
             return ask(geometry, question.query, given)
         except Exception as error:
@@ -164,12 +181,17 @@ def _along(geometry: Any, query: str, given: dict[str, Any]) -> Columns:
     return columns | {"strand": pairs.strand_j[best], "s": pairs.s[best], "segment": pairs.i[best]}
 
 
+def _pairs(geometry: Any, query: str, given: dict[str, Any]) -> Columns:
+    is_whole = given.pop("max_bytes", None) is None
+    return columns_of(fl.brute_force_pairs(geometry, **given), NAMES if is_whole else PAIR_COLUMNS)
+
+
 _BY_QUERY: dict[str, Any] = {
     **dict.fromkeys(
         POINT_QUERIES, lambda of, query, given: columns_of(fl.brute_force_points(of, **given, query=query))
     ),
     "gather": lambda of, query, given: columns_of(fl.brute_force_gather(of, **given)),
-    "pairs": lambda of, query, given: columns_of(fl.brute_force_pairs(of, **given)),
+    **dict.fromkeys(PAIR_QUERIES, _pairs),
     "in_box": lambda of, query, given: columns_of(fl.brute_force_in_box(of, **given)),
     "along": _along,
 }

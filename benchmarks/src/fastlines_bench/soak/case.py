@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from .parts import Part
 from .scenes import Array
 
 #: What users do with trees before they query them.
@@ -24,6 +25,8 @@ class Question:
     kernel: str = "auto"
     simd: str | None = None
     n_threads: int = 1
+    #: What the primitives are paired with, for pairs of two trees.
+    other: Part | None = None
 
     def __len__(self) -> int:
         return len(next(iter(self.rows.values()))) if self.rows else 0
@@ -42,7 +45,7 @@ class Question:
 class Case:
     """A tree over some geometry, and questions."""
 
-    parts: tuple[Any, ...]  # of Part
+    parts: tuple[Part, ...]
     build: dict[str, Any]
     steps: tuple[str, ...] = ()
     questions: tuple[Question, ...] = ()

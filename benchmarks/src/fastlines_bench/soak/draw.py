@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from .answers import QUERIES
+from .answers import PAIR_QUERIES, QUERIES
 from .builds import random_build
 from .case import Case
 from .parts import AXES, LINES, MAKERS, PARTS, random_part
@@ -36,6 +36,8 @@ class Choice:
         chosen = names or ()
         kinds = tuple(name for name in KINDS if name in chosen)
         queries = tuple(name for name in QUERIES if name in chosen)
+        if queries and not set(queries) - {*PAIR_QUERIES, "along"}:
+            kinds = tuple(name for name in kinds or KINDS if name in AXES)
         return Choice(kinds or KINDS, queries or QUERIES)
 
 

@@ -2,21 +2,25 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 import fastlines as fl
 
-from .answers import POINT_QUERIES, QUERIES, RAY_QUERIES
+from .answers import PAIR_QUERIES, POINT_QUERIES, QUERIES, RAY_QUERIES
 from .case import Question
+from .parts import AXES, part_over
 from .rays import random_bounds, random_boxes, random_points, random_radii_of_rays, random_rays, random_spreads
 from .scenes import Array, Random, size_of
 
 KERNELS = ("auto", "single", "wave", "bundle", "binary")
 #: How many rays or points a question has, and how often; the largest number uses several threads.
 COUNTS, SHARES = (1, 9, 45, 80, 400), (0.1, 0.2, 0.4, 0.2, 0.1)
+
+#: The most that a hit or a pair takes while an answer in parts is made, with room to spare.
+BYTES_A_ROW = 1000
 
 
 @dataclass(frozen=True)
@@ -36,10 +40,14 @@ class Scene:
         """The longest side of the box of the scene."""
         return size_of(self.ends)
 
+    def random_memory(self, rng: Random) -> int:
+        """Return bytes that hold the hits of one ray, or the pairs of one primitive, or of many more."""
+        return int(BYTES_A_ROW * max(1, len(self.geometry.core_rows)) * 10 ** rng.uniform(0, 2))
+
 
 def queries_for(scene: Scene) -> tuple[str, ...]:
     """Return the queries that the geometry has."""
-    left_out = () if scene.has_pairs else ("pairs", "along")
+    left_out = () if scene.has_pairs else (*PAIR_QUERIES, "along")
     return tuple(name for name in QUERIES if name not in left_out)
 
 
@@ -58,16 +66,28 @@ def random_question(rng: Random, scene: Scene, query: str) -> Question:
         options = {"radius": float(np.float32(scene.size * 10 ** rng.uniform(-4, 0.3)))}
         rows["points"] = _near(scene, rows["points"])
     else:
-        rows, options = {}, {"radius": float(np.float32(scene.size * rng.choice([0, 1e-3, 0.02, 0.1, 3])))}
-        if rng.random() < 0.4:
-            options["skip_neighbours"] = int(rng.integers(0, 4))
-        if rng.random() < 0.2:
-            options["skip_strand"] = True
-    if query in (*POINT_QUERIES, "in_box", "pairs", "along") and rng.random() < 0.5:
+        rows, options = {}, _pairs(rng, scene, query)
+    if query not in RAY_QUERIES and rng.random() < 0.5:
         options["to"] = str(rng.choice(["axis", "surface"]))
     n_threads = int(rng.integers(1, 5))
     kernel = str(rng.choice(KERNELS)) if query in RAY_QUERIES else "auto"
-    return Question(query, rows, options, kernel, str(rng.choice(fl.available_simd())), n_threads)
+    question = Question(query, rows, options, kernel, str(rng.choice(fl.available_simd())), n_threads)
+    if query in PAIR_QUERIES and rng.random() < 0.3:
+        near = scene.ends + rng.normal(0, 0.05 * scene.size, scene.ends.shape)
+        options.pop("skip_strand", None)
+        question = replace(question, other=part_over(rng, str(rng.choice(AXES)), near[:40].astype(np.float32)))
+    return question
+
+
+def _pairs(rng: Random, scene: Scene, query: str) -> dict[str, Any]:
+    options: dict[str, Any] = {"radius": float(np.float32(scene.size * rng.choice([0, 1e-3, 0.02, 0.1, 3])))}
+    if query == "iter_pairs":
+        options["max_bytes"] = scene.random_memory(rng)
+    if rng.random() < 0.4:
+        options["skip_neighbours"] = int(rng.integers(0, 4))
+    if rng.random() < 0.2:
+        options["skip_strand"] = True
+    return options
 
 
 def _near(scene: Scene, points: Array) -> Array:
@@ -101,7 +121,7 @@ def _rays(rng: Random, scene: Scene, query: str, n: int) -> tuple[dict[str, Arra
             if at == "surface" and rng.random() < 0.4:
                 options["merge"] = "strand"
             if query == "iter_all_hits":
-                options["max_bytes"] = int(10 ** rng.uniform(5, 7))
+                options["max_bytes"] = scene.random_memory(rng)
         case "gather":
             _sum(rng, scene, rows, options)
     return rows, options

@@ -29,7 +29,7 @@ Progress: TypeAlias = Callable[[str, float], None]
 Answer: TypeAlias = tuple[str, str, str, str, str]
 
 #: Of so many numbers, one is a batch of decisions, and the others are cases of a tree.
-DECISIONS_EVERY = 3
+DECISIONS_EVERY = 2
 
 
 @dataclass(frozen=True)

@@ -11,6 +11,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from .case import Case, Question
+from .parts import Part
 from .scenes import Array
 
 #: Whether a case still fails.
@@ -66,6 +67,7 @@ def _without_settings(case: Case, fails: Fails) -> Case:
                 yield replace(case, parts=case.parts[:i] + case.parts[i + 1 :])
         for question in case.questions:
             for changed in (
+                replace(question, other=None),
                 replace(question, kernel="auto"),
                 replace(question, simd=None),
                 replace(question, n_threads=1),
@@ -107,7 +109,15 @@ def _fewer_rows(case: Case, fails: Fails) -> Case:
         kept = minimised(len(question), partial(_fails_with, case, question, fails))
         if len(kept) < len(question):
             return case.alone(question.some(kept))
+        if (other := question.other) is not None:
+            kept = minimised(len(other), partial(_fails_beside, case, question, other, fails))
+            if len(kept) < len(other):
+                return case.alone(replace(question, other=other.some(kept)))
     return case
+
+
+def _fails_beside(case: Case, question: Question, other: Part, fails: Fails, rows: Array) -> bool:
+    return fails(case.alone(replace(question, other=other.some(rows))))
 
 
 def _fails_with(case: Case, question: Question, fails: Fails, rows: Array) -> bool:

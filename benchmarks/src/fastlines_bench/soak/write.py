@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from . import balls
-from .answers import OF_SURFACES, POINT_QUERIES, RAY_QUERIES
+from .answers import OF_SURFACES, PAIR_COLUMNS, POINT_QUERIES, RAY_QUERIES
 from .builds import text_of
 from .case import Case, Question
 from .parts import Part
@@ -192,11 +192,14 @@ def _asked(case: Case, question: Question) -> list[str]:
         less = f'asked | {{"{moved}": asked["{moved}"] - offset}}'
         if moved == "low":
             less = 'asked | {name: asked[name] - offset for name in ("low", "high")}'
+    if question.other is not None:
+        lines.append(f"second = {_part_text(question.other, case.offset, 'ends')}")
+        lines.append("other = fl.build(second)" + (".without_offset()" if "without offset" in case.steps else ""))
     kernel = f', kernel="{question.kernel}"' if query in RAY_QUERIES and question.kernel != "auto" else ""
-    return lines + _compared(query, less, kernel)
+    return lines + _compared(query, less, kernel, question.other is not None)
 
 
-def _compared(query: str, less: str, kernel: str) -> list[str]:
+def _compared(query: str, less: str, kernel: str, has_other: bool) -> list[str]:
     found = f"found = tree.{query}(**({less}){kernel})" if less != "asked" else f"found = tree.{query}(**asked{kernel})"
     names = ", ".join(f'"{name}"' for name in (OF_SURFACES if query == "first_surface" else COLUMNS))
     every = [
@@ -205,6 +208,8 @@ def _compared(query: str, less: str, kernel: str) -> list[str]:
         "    assert (a is None) == (b is None), name",
         "    assert a is None or np.asarray(a).tobytes() == np.asarray(b).tobytes(), (name, a, b)",
     ]
+    other, second = (", other=other", ", other=second") if has_other else ("", "")
+    expected = f"expected = fl.brute_force_pairs(geometry, **asked{second})"
     plain = ["assert np.array_equal(found, expected), (found, expected)"]
     match query:
         case "first_surface":
@@ -214,21 +219,35 @@ def _compared(query: str, less: str, kernel: str) -> list[str]:
                 f"parts = list(tree.iter_all_hits(**({less}){kernel}))",
                 'del asked["max_bytes"]',
                 "expected = fl.brute_force(geometry, **asked)",
-                'for name in ("t", "prim", "u", "distance"):',
-                "    a = np.concatenate([getattr(part, name) for part in parts])",
-                "    assert a.tobytes() == getattr(expected, name).tobytes(), name",
+                *_joined(("t", "prim", "u", "distance")),
             ]
         case "along":
             moved = "" if less == "asked" else " - offset"
             return ['points = asked.pop("points")', f"found = tree.along(points{moved}, **asked)", *_NEAREST_OF_PAIRS]
         case "gather":
             return [found, "expected = fl.brute_force_gather(geometry, **asked)", *every]
-        case "pairs" | "in_box":
-            return [found, f"expected = fl.brute_force_{query}(geometry, **asked)", *every]
+        case "pairs":
+            return [f"found = tree.pairs(**asked{other})", expected, *every]
+        case "iter_pairs":
+            asked = [f"parts = list(tree.iter_pairs(**asked{other}))", 'del asked["max_bytes"]']
+            return [*asked, expected, *_joined(PAIR_COLUMNS)]
+        case "in_box":
+            return [found, "expected = fl.brute_force_in_box(geometry, **asked)", *every]
         case _:
             function = "brute_force_points" if query in POINT_QUERIES else "brute_force"
             compared = plain if query in ("any_hit", "count_hits", "count_within") else every
             return [found, f'expected = fl.{function}(geometry, **asked, query="{query}")', *compared]
+
+
+def _joined(columns: tuple[str, ...]) -> list[str]:
+    """Return the lines that compare the parts of an answer, one after the other."""
+    names = ", ".join(f'"{name}"' for name in columns)
+    return [
+        f"for name in ({names}):",
+        "    parts_of = [getattr(part, name) for part in parts]",
+        "    a = np.concatenate([np.zeros(0, getattr(expected, name).dtype), *parts_of])",
+        "    assert a.tobytes() == getattr(expected, name).tobytes(), name",
+    ]
 
 
 #: What is along a polyline is the nearest of all pairs with its segments.
