@@ -1,8 +1,9 @@
 """Whether rays hit primitives, in float64, and which of these decisions rounding to float32 may change.
 
-The formulas are not those of the core. A line or a round cone is hit where D(s) − R(s) ≤ 0 for some s; that function is
-convex, so its least value is at an end of the axis, or where its derivative is 0 for the ray's line or for one of the
-ends of the ray. Triangles and boxes are as in textbooks.
+A line or a round cone is hit where D(s) − R(s) ≤ 0 for some s (docs/answers.md). That function is convex, so its least
+value is at an end of the axis, or where its derivative is 0 for the ray's line or for one of the ends of the ray. The
+function is evaluated at all of these places, and the least value counts: so it does not matter which of them is the
+closest approach. Triangles and boxes are as in textbooks.
 
 Let size be the longest side of the scene with its radii, a the distance at which a ray passes the centre of the scene,
 and ρ its largest reach there. A decision is in the *band* if the ray is within 2⁻²¹·(2·size + a + ρ) of the surface of
