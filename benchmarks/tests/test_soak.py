@@ -24,7 +24,7 @@ from fastlines_bench.soak.exact import ExactRays, clearance_of_cones, decide_box
 from fastlines_bench.soak.faults import FAULTS, run_trial
 from fastlines_bench.soak.run import Plan, run_soak
 from fastlines_bench.soak.shrink import minimised, rounded_to, shrink
-from fastlines_bench.soak.write import test_text as text_of_test
+from fastlines_bench.soak.write import text_of_test
 
 pytestmark = [
     pytest.mark.usefixtures("in_own_folder"),
@@ -193,6 +193,7 @@ def test_wrong_decisions_are_noticed(monkeypatch):
         (["--only", "lynes"], "did you mean 'lines'"),
         (["--case", 3, "--cases", 2], "--case runs one case"),
         (["--json", "soak.txt"], ".json"),
+        (["--only", "boxes,pairs"], "boxes have no pairs"),
     ],
 )
 def test_refused(arguments, said):

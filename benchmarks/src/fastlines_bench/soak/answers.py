@@ -16,7 +16,7 @@ from .case import Case, Question
 from .scenes import Array
 from .trees import Subject, on
 
-#: An answer by the names of its columns; of an error, its class.
+#: An answer by the names of its columns; of an error, its text, and its class if it is a refusal.
 Columns: TypeAlias = dict[str, Any]
 
 RAY_QUERIES = (
@@ -170,8 +170,7 @@ def _ray_query(geometry: Any, query: str, given: dict[str, Any]) -> Columns:
 def _along(geometry: Any, query: str, given: dict[str, Any]) -> Columns:
     """Pair the segments of the polyline with all primitives, and keep the nearest segment of each primitive."""
     points, radius = given.pop("points"), given.pop("radius")
-    offset = getattr(geometry, "offset", (0.0, 0.0, 0.0))
-    needle = fl.Lines.from_segments(np.stack([points[:-1], points[1:]], axis=1), offset=offset)
+    needle = fl.Lines.from_segments(np.stack([points[:-1], points[1:]], axis=1), offset=geometry.offset)
     pairs = fl.brute_force_pairs(needle, radius, geometry, **given)
     order = np.lexsort((pairs.i, pairs.distance, pairs.j))
     best = order[np.diff(pairs.j[order], prepend=-1) > 0]

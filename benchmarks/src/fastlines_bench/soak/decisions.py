@@ -32,6 +32,8 @@ class Tally:
     n: Counter[tuple[str, str, str]] = field(default_factory=Counter)
     wrong: Counter[tuple[str, str, str]] = field(default_factory=Counter)
     n_in_band: int = 0
+    #: Batches whose rays the tree refuses.
+    n_refused: int = 0
     #: The first wrong decisions, in words.
     examples: list[str] = field(default_factory=list)
 
@@ -40,6 +42,7 @@ class Tally:
         self.n.update(other.n)
         self.wrong.update(other.wrong)
         self.n_in_band += other.n_in_band
+        self.n_refused += other.n_refused
         self.examples += other.examples[: max(0, 10 - len(self.examples))]
 
 
@@ -68,7 +71,7 @@ def check_decisions(seed: int, number: int, kinds: tuple[str, ...] = DECIDED, n_
     try:
         found = {simd: _hits(geometry, rows, simd, int(rng.integers(1, 3))) for simd in fl.available_simd()}
     except fl.InputError:
-        return Tally()
+        return Tally(n_refused=1)
     name = f"{kind}, spread" if has_spread else kind
     return _compared(found, name, shape, part, geometry, rows, size)
 

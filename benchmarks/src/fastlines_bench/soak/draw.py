@@ -7,6 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from fastlines import InputError
+
 from .answers import PAIR_QUERIES, QUERIES
 from .builds import random_build
 from .case import Case
@@ -37,7 +39,10 @@ class Choice:
         kinds = tuple(name for name in KINDS if name in chosen)
         queries = tuple(name for name in QUERIES if name in chosen)
         if queries and not set(queries) - {*PAIR_QUERIES, "along"}:
-            kinds = tuple(name for name in kinds or KINDS if name in AXES)
+            able = tuple(name for name in kinds or KINDS if name in (*AXES, "several parts"))
+            if not able:
+                raise InputError(f"--only: {', '.join(kinds)} have no {', '.join(queries)}; name lines, spheres, …")
+            kinds = able
         return Choice(kinds or KINDS, queries or QUERIES)
 
 

@@ -44,6 +44,15 @@ class Plan:
     choice: Choice = field(default_factory=Choice)
     folder: Path | None = None
 
+    def command(self, number: int) -> str:
+        """Return the command that repeats a case."""
+        only = "" if self.choice == Choice() else f" --only '{','.join((*self.choice.kinds, *self.choice.queries))}'"
+        return f"fastlines-bench soak --seed {self.seed}{only} --case {number}"
+
+    def test_name(self, number: int) -> str:
+        """Return the name of the test of a case."""
+        return f"test_soak_{self.seed}_{number}"
+
     def numbers(self) -> Iterator[int]:
         """Yield the numbers of the cases."""
         if self.case is not None:
@@ -127,6 +136,7 @@ class Summary:
                 for key, n in sorted(tally.n.items())
             ],
             "in_band": tally.n_in_band,
+            "refused_batches": tally.n_refused,
             "found": [{"case": one.number, "why": one.why, "size": one.size} for one in self.found],
         }
 
@@ -169,6 +179,8 @@ def _decide(summary: Summary, number: int, tell: Callable[[str], None]) -> None:
 def _compare(summary: Summary, number: int, tell: Callable[[str], None]) -> None:
     """Compare the answers of a tree with those of brute force."""
     case = draw_case(summary.plan.seed, number, summary.plan.choice)
+    if not case.questions:
+        return
     became = outcomes(case)
     summary.n_refused_builds += not became
     summary.n_refused += sum(one.is_refused for one in became)
@@ -221,7 +233,8 @@ def _report(summary: Summary, case: Case, question: int, number: int, why: str, 
     small = shrink(alone, lambda smaller: is_same_kind(difference(smaller), alone_why))
     path = None
     if plan.folder is not None:
-        path = write_test(plan.folder, small, plan.seed, number, f"{query}: {difference(small)}")
+        name, command = plan.test_name(number), plan.command(number)
+        path = write_test(plan.folder, small, name, command, f"{query}: {difference(small)}")
     found = Found(number, why, now, small, path)
     tell(f"  shrunk to {found.size}" + (f": {path}" if path else ""))
     return found

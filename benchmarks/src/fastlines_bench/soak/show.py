@@ -7,10 +7,11 @@ from collections.abc import Iterable
 
 from rich.console import Console
 
+from ..harness.internals import counted
 from ..harness.tables import new_table, print_table, wide_console
 from .faults import Trial
 from .run import Answer, Summary
-from .write import test_text
+from .write import text_of_test
 
 #: The keys of the answers that a summary counts.
 GEOMETRY, QUERY, BUILDER, KERNEL, SIMD = range(5)
@@ -55,7 +56,8 @@ def _print_decisions(console: Console, summary: Summary) -> None:
         print_table(console, table)
     n, wrong = sum(tally.n.values()), sum(tally.wrong.values())
     console.print(
-        f"ray–primitive decisions outside the band: {n:,}, wrong: {wrong:,}; in the band: {tally.n_in_band:,}",
+        f"ray–primitive decisions outside the band: {n:,}, wrong: {wrong:,}. In the band: {tally.n_in_band:,}. "
+        f"{counted(tally.n_refused, 'batches')} refused.",
         highlight=False,
     )
 
@@ -74,13 +76,11 @@ def _print_end(console: Console, summary: Summary) -> None:
         highlight=False,
     )
     for found in summary.found:
-        again = f"fastlines-bench soak --seed {summary.plan.seed} --case {found.number}"
+        again = summary.plan.command(found.number)
         console.print(f"\n{again}: {found.why}", highlight=False, markup=False)
         if found.shrunk is not None and found.path is None:
-            name = f"test_soak_{summary.plan.seed}_{found.number}"
-            console.print(
-                test_text(found.shrunk, name, again, found.why), highlight=False, markup=False, soft_wrap=True
-            )
+            text = text_of_test(found.shrunk, summary.plan.test_name(found.number), again, found.why)
+            console.print(text, highlight=False, markup=False, soft_wrap=True)
 
 
 def print_trials(trials: Iterable[Trial]) -> None:

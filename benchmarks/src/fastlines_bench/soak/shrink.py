@@ -41,12 +41,12 @@ def shrink(case: Case, fails: Fails, seconds: float = 30.0) -> Case:
 
 
 def _first(case: Case, candidates: Iterator[Case], fails: Fails) -> Case:
-    """Take each candidate that fails in the place of the case; candidates are made from the case at the start."""
+    """Return the first candidate that fails, or else the case."""
     return next((smaller for smaller in candidates if fails(smaller)), case)
 
 
 def _each(case: Case, candidates: Callable[[Case], Iterator[Case]], fails: Fails) -> Case:
-    """Replace the case by a candidate that fails, as long as there is one."""
+    """Replace the case by a candidate that fails, made from it, as long as there is one."""
     while (smaller := _first(case, candidates(case), fails)) is not case:
         case = smaller
     return case

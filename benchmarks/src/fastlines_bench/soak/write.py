@@ -60,7 +60,7 @@ def value_text(value: Any) -> str:
     return number_text(value) if isinstance(value, float) else text_of(value)
 
 
-def test_text(case: Case, name: str, found_by: str, why: str) -> str:
+def text_of_test(case: Case, name: str, found_by: str, why: str) -> str:
     """Return the text of a test of a case with one question."""
     question = case.questions[0] if case.questions else None
     body = [
@@ -77,13 +77,11 @@ def test_text(case: Case, name: str, found_by: str, why: str) -> str:
     return "\n".join([*head, "", "", f"def {name}({', '.join(arguments)}):", text, ""])
 
 
-def write_test(folder: Path, case: Case, seed: int, number: int, why: str) -> Path:
+def write_test(folder: Path, case: Case, name: str, found_by: str, why: str) -> Path:
     """Write the test of a case into a folder, and return its path."""
-    name = f"test_soak_{seed}_{number}"
     folder.mkdir(parents=True, exist_ok=True)
     path = folder / f"{name}.py"
-    found_by = f"fastlines-bench soak --seed {seed} --case {number}"
-    path.write_text(test_text(case, name, found_by, why), encoding="utf-8")
+    path.write_text(text_of_test(case, name, found_by, why), encoding="utf-8")
     return path
 
 
