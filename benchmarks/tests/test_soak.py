@@ -15,12 +15,12 @@ from command_line import done, refused
 
 import fastlines as fl
 from fastlines.theory.hits import closest_approach, deepest_approach
-from fastlines_bench.soak import decisions
 from fastlines_bench.soak.answers import QUERIES
 from fastlines_bench.soak.compare import difference, outcomes
 from fastlines_bench.soak.decisions import check_decisions
 from fastlines_bench.soak.draw import KINDS, Choice, draw_case
 from fastlines_bench.soak.exact import ExactRays, clearance_of_cones, decide_boxes, decide_triangles
+from fastlines_bench.soak.exact_points import distance_from_boxes, distance_from_cones, distance_from_triangles
 from fastlines_bench.soak.faults import FAULTS, run_trial
 from fastlines_bench.soak.run import Plan, run_soak
 from fastlines_bench.soak.shrink import minimised, rounded_to, shrink
@@ -72,6 +72,15 @@ def test_interruption_leaves_a_summary():
     assert summary.was_interrupted
     assert summary.n_cases == 1
     assert summary.is_clean
+
+
+def test_the_case_that_runs_is_in_a_file():
+    """If the process itself dies, the file has the command that repeats the case."""
+    seen = []
+    plan = Plan(1, seed=3, n_cases=2, folder=Path("found"))
+    run_soak(plan, lambda *_: seen.append(Path("found/running.txt").read_text()), silent)
+    assert seen == ["fastlines-bench soak --seed 3 --case 0\n", "fastlines-bench soak --seed 3 --case 1\n"]
+    assert not Path("found/running.txt").exists()
 
 
 @pytest.mark.parametrize(
@@ -177,6 +186,27 @@ def test_certain_decisions_are_those_of_brute_force(kind):
     assert (found == is_hit)[certain].all()
 
 
+def test_distances_of_points_are_those_of_a_search():
+    rng = np.random.default_rng(3)
+    points, ends, radii = rng.normal(0, 1, (50, 3)), rng.normal(0, 1, (40, 2, 3)), rng.random((40, 2))
+    ends[::5, 1] = ends[::5, 0]
+    s = np.linspace(0, 1, 2001)[:, None, None]
+    axis = ends[:, 0] + s[..., None] * (ends[:, 1] - ends[:, 0])
+    sampled = np.linalg.norm(points[:, None] - axis, axis=-1) - (radii[:, 0] + s * (radii[:, 1] - radii[:, 0]))
+    found = distance_from_cones(points, ends, radii)
+    assert (found <= sampled.min(axis=0) + 1e-12).all()
+    assert (found >= sampled.min(axis=0) - 1e-3).all()
+    corners = rng.normal(0, 1, (40, 3, 3)).astype(np.float32)
+    boxes = np.stack([corners.min(axis=1), corners.max(axis=1)], axis=1)
+    for distance, made, numbers in (
+        (distance_from_triangles, fl.Triangles(corners), corners),
+        (distance_from_boxes, fl.Boxes(boxes), boxes),
+    ):
+        nearest = fl.brute_force_points(made, points, k=40)
+        exact = np.sort(distance(points, numbers.astype(np.float64)), axis=1)
+        assert np.abs(nearest.distance - exact).max() < 1e-6
+
+
 def test_wrong_decisions_are_noticed(monkeypatch):
     """A radius that is larger by 4 parts in a million changes some decisions outside the band."""
     real, grow = fl.Tree.all_hits, np.float32(1 + 4e-6)
@@ -184,7 +214,6 @@ def test_wrong_decisions_are_noticed(monkeypatch):
     wrong = [check_decisions(1, number, ("cones",), 256) for number in range(8)]
     assert sum(sum(tally.wrong.values()) for tally in wrong) > 0
     assert any(tally.examples for tally in wrong)
-    assert decisions.BAND == 2.0**-21
 
 
 @pytest.mark.parametrize(

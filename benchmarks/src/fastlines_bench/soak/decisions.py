@@ -1,4 +1,4 @@
-"""Checks the decisions of the core, a ray and a primitive each, against float64."""
+"""Checks decisions of the core, a ray or a point and a primitive each, against float64."""
 
 from __future__ import annotations
 
@@ -11,8 +11,9 @@ import numpy as np
 import fastlines as fl
 
 from .exact import BAND, ExactRays, clearance_of_cones, decide_boxes, decide_triangles
+from .exact_points import POINT_BAND, distance_from_boxes, distance_from_cones, distance_from_triangles
 from .parts import Part, part_over
-from .rays import random_bounds, random_radii_of_rays, random_rays, random_spreads
+from .rays import random_bounds, random_points, random_radii_of_rays, random_rays, random_spreads
 from .scenes import SHAPES, Array, Random, random_axes
 from .trees import on
 
@@ -37,6 +38,14 @@ class Tally:
     #: The first wrong decisions, in words.
     examples: list[str] = field(default_factory=list)
 
+    def count(self, key: tuple[str, str, str], certain: Array, differs: Array, first: int) -> None:
+        """Count certain decisions of rays or points from the first one on, and those that differ."""
+        wrong = certain & differs
+        self.n[key] += int(certain.sum())
+        self.wrong[key] += int(wrong.sum())
+        for row, prim in np.argwhere(wrong)[:1]:
+            self.examples.append(f"{', '.join(key)}: row {first + row}, primitive {prim}")
+
     def add(self, other: Tally) -> None:
         """Add the counts of another tally."""
         self.n.update(other.n)
@@ -49,7 +58,8 @@ class Tally:
 def check_decisions(seed: int, number: int, kinds: tuple[str, ...] = DECIDED, n_rays: int = N_RAYS) -> Tally:
     """Decide for a random scene which rays hit which primitives, on every instruction set, and compare with float64.
 
-    The decisions of the core are those of `Tree.all_hits`: a primitive that is not listed is missed.
+    The decisions of the core are those of `Tree.all_hits`: a primitive that is not listed is missed. Those of half as
+    many points are those of `Tree.within`.
     """
     rng = np.random.default_rng([seed, number, 1])
     kind = str(rng.choice([name for name in kinds if name in DECIDED]))
@@ -72,8 +82,42 @@ def check_decisions(seed: int, number: int, kinds: tuple[str, ...] = DECIDED, n_
         found = {simd: _hits(geometry, rows, simd, int(rng.integers(1, 3))) for simd in fl.available_simd()}
     except fl.InputError:
         return Tally(n_refused=1)
-    name = f"{kind}, spread" if has_spread else kind
-    return _compared(found, name, shape, part, geometry, rows, size)
+    name = f"{kind}, rays with a spread" if has_spread else f"{kind}, rays"
+    tally = _compared(found, name, shape, part, geometry, rows, size)
+    tally.add(_check_points(rng, kind, shape, geometry, axes, size, n_rays // 2))
+    return tally
+
+
+def _check_points(rng: Random, kind: str, shape: str, geometry: Any, axes: Array, size: float, n_points: int) -> Tally:
+    """Decide which primitives are within a radius of points; some radii just reach a primitive."""
+    centre = np.asarray(geometry.bounds, np.float64).mean(axis=0)
+    points = random_points(rng, axes, n_points)
+    exact = _distances(points - centre, kind, geometry, centre)
+    radius = random_radii_of_rays(rng, n_points, size)
+    touched = rng.random(n_points) < 0.5
+    place = exact[np.arange(n_points), rng.integers(0, exact.shape[1], n_points)]
+    aside = POINT_BAND * (size + np.abs(place)) * rng.choice([0, 1, 20], n_points) * rng.uniform(-1, 1, n_points)
+    radius[touched] = np.maximum(place + aside, 0)[touched]
+    is_within, band = exact <= radius[:, None], POINT_BAND * (size + np.abs(exact))
+    certain = np.abs(exact - radius[:, None]) > band
+    tally = Tally(n_in_band=int((~certain).sum()))
+    for simd in fl.available_simd():
+        with on(simd, int(rng.integers(1, 3))):
+            within = fl.build(geometry).within(points, radius)
+        found = np.zeros(exact.shape, np.bool_)
+        found[within.point, within.prim] = True
+        tally.count((f"{kind}, points", shape, simd), certain, found != is_within, 0)
+    return tally
+
+
+def _distances(points: Array, kind: str, geometry: Any, centre: Array) -> Array:
+    """Return the distances of points from primitives, or from surfaces, relative to the centre of the scene."""
+    if kind in ("triangles", "boxes"):
+        corners = geometry.corners.astype(np.float64) - centre
+        return (distance_from_triangles if kind == "triangles" else distance_from_boxes)(points, corners)
+    lines = geometry.straight
+    ends, radii = lines.segments.astype(np.float64) - centre, lines.end_radii.astype(np.float64)
+    return _of_whole(geometry, distance_from_cones(points, ends, radii))
 
 
 def _graze(rng: Random, rows: dict[str, Array], geometry: Any, size: float) -> None:
@@ -94,11 +138,15 @@ def _clearance(rays: ExactRays, geometry: Any, centre: Array) -> Array:
     """Return D − R of each ray and line, sphere or curve: of a curve, the least of its pieces."""
     lines = geometry.straight
     ends, radii = lines.segments.astype(np.float64) - centre, lines.end_radii.astype(np.float64)
-    clearance = clearance_of_cones(rays, ends, radii)
+    return _of_whole(geometry, clearance_of_cones(rays, ends, radii))
+
+
+def _of_whole(geometry: Any, of_rows: Array) -> Array:
+    """Return the values of primitives, from those of rows of the core: of a curve, the least of its pieces."""
     if not geometry.in_pieces:
-        return clearance
+        return of_rows
     first = np.flatnonzero(np.diff(geometry.owner, prepend=-1))
-    return np.asarray(np.minimum.reduceat(clearance, first, axis=1))
+    return np.asarray(np.minimum.reduceat(of_rows, first, axis=1))
 
 
 def _hits(geometry: Any, rows: dict[str, Any], simd: str, n_threads: int) -> Array:
@@ -122,12 +170,7 @@ def _compared(
         is_hit, certain = _decide(rays, part.kind, geometry, centre, size)
         tally.n_in_band += int((~certain).sum())
         for simd, hits in found.items():
-            wrong = certain & (hits[begin : begin + ROWS] != is_hit)
-            key = name, shape, simd
-            tally.n[key] += int(certain.sum())
-            tally.wrong[key] += int(wrong.sum())
-            for ray, prim in np.argwhere(wrong)[:1]:
-                tally.examples.append(f"{name}, {shape}, {simd}: ray {begin + ray}, primitive {prim}")
+            tally.count((name, shape, simd), certain, hits[begin : begin + ROWS] != is_hit, begin)
     return tally
 
 

@@ -30,6 +30,8 @@ Answer: TypeAlias = tuple[str, str, str, str, str]
 
 #: Of so many numbers, one is a batch of decisions, and the others are cases of a tree.
 DECISIONS_EVERY = 2
+#: The file in the folder of a soak that has the command of the case that runs, in case the process itself dies.
+RUNNING = "running.txt"
 
 
 @dataclass(frozen=True)
@@ -144,8 +146,13 @@ class Summary:
 def run_soak(plan: Plan, progress: Progress, tell: Callable[[str], None]) -> Summary:
     """Run cases until the time is over; Ctrl-C ends it earlier, with the summary so far."""
     summary, start = Summary(plan), time.monotonic()
+    running = None if plan.folder is None else plan.folder / RUNNING
+    if running is not None:
+        running.parent.mkdir(parents=True, exist_ok=True)
     try:
         for number in plan.numbers():
+            if running is not None:
+                running.write_text(plan.command(number) + "\n", encoding="utf-8")
             run_case(summary, number, tell)
             summary.seconds = time.monotonic() - start
             share = summary.seconds / (60 * plan.minutes)
@@ -155,6 +162,8 @@ def run_soak(plan: Plan, progress: Progress, tell: Callable[[str], None]) -> Sum
             progress(f"{told}, {len(summary.found)} differ", min(share, 1.0))
     except KeyboardInterrupt:
         summary.was_interrupted = True
+    if running is not None:
+        running.unlink(missing_ok=True)
     summary.seconds = time.monotonic() - start
     return summary
 

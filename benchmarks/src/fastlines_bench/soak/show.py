@@ -43,23 +43,23 @@ def _print_counts(console: Console, head: str, answers: Counter[Answer], row: in
 
 
 def _print_decisions(console: Console, summary: Summary) -> None:
-    """Print ray–primitive decisions outside the band, by shape and by scene, for each instruction set."""
+    """Print decisions outside the band by shape and by scene, for each instruction set."""
     tally = summary.tally
     if not tally.n:
         return
     sets = sorted({key[2] for key in tally.n})
     names = [f"{simd}: n" for simd in sets] + [f"{simd}: wrong" for simd in sets]
     for at, what in ((0, "shape"), (1, "scene")):
-        table = new_table(f"ray–primitive decisions outside the band, by {what}", [what], names)
+        table = new_table(f"decisions outside the band, by {what}", [what], names)
         for name in sorted({key[at] for key in tally.n}):
             table.add_row(name, *_figures(tally.n, at, name, sets), *_figures(tally.wrong, at, name, sets))
         print_table(console, table)
-    n, wrong = sum(tally.n.values()), sum(tally.wrong.values())
-    console.print(
-        f"ray–primitive decisions outside the band: {n:,}, wrong: {wrong:,}. In the band: {tally.n_in_band:,}. "
-        f"{counted(tally.n_refused, 'batches')} refused.",
-        highlight=False,
-    )
+    for what in ("ray", "point"):
+        keys = [key for key in tally.n if f", {what}s" in key[0]]
+        n, wrong = (sum(counts[key] for key in keys) for counts in (tally.n, tally.wrong))
+        console.print(f"{what}–primitive decisions outside the band: {n:,}, wrong: {wrong:,}", highlight=False)
+    in_band, refused = f"{tally.n_in_band:,} decisions", counted(tally.n_refused, "batches")
+    console.print(f"{in_band} are in the band; {refused} of rays were refused", highlight=False)
 
 
 def _figures(counts: Counter[tuple[str, str, str]], at: int, name: str, sets: Iterable[str]) -> list[str]:
