@@ -21,6 +21,7 @@ FACES = (
     "",
     ".beams",
     ".cli",
+    ".drawing",
     ".inspection",
     ".io",
     ".mitsuba",
@@ -30,6 +31,7 @@ FACES = (
     ".report",
     ".scenes",
     ".theory",
+    ".trimesh",
 )
 #: The longest file, in lines, by suffix. Stubs are generated.
 MAX_LINES = {".hpp": 350, ".cpp": 350, ".h": 350, ".pyi": 1000}

@@ -16,9 +16,11 @@ from .support.painter import draw_with
 
 if TYPE_CHECKING:
     from . import beams as beams
+    from . import drawing as drawing
     from . import inspection as inspection
     from . import scenes as scenes
     from . import theory as theory
+    from . import trimesh as trimesh
     from .builder import build as build
     from .camera import Camera as Camera
     from .cuda.choice import get_backend as get_backend
@@ -35,6 +37,8 @@ if TYPE_CHECKING:
     from .errors import PrecisionWarning as PrecisionWarning
     from .errors import QueryWarning as QueryWarning
     from .errors import WorkerError as WorkerError
+    from .exchange.neurons import to_neurons as to_neurons
+    from .exchange.tractograms import to_tractogram as to_tractogram
     from .forest.building.build_forest import build_forest as build_forest
     from .forest.forest import Forest as Forest
     from .forest.mapping.parquet import query_parquet as query_parquet
@@ -43,6 +47,7 @@ if TYPE_CHECKING:
     from .geometry.curves import Curves as Curves
     from .geometry.foreign import lines as lines
     from .geometry.lines import Lines as Lines
+    from .geometry.mitsuba_shapes import curves as curves
     from .geometry.spheres import Spheres as Spheres
     from .geometry.triangles import Triangles as Triangles
     from .geometry.user_primitives import Primitives as Primitives
@@ -92,6 +97,7 @@ if TYPE_CHECKING:
     from .threads import set_num_threads as set_num_threads
     from .tree import Tree as Tree
     from .tree import load as load
+    from .viewer.viewer import view as view
 
     __version__: str
 
@@ -112,6 +118,8 @@ _NAMES = {
         "QueryWarning",
         "WorkerError",
     ),
+    "exchange.neurons": ("to_neurons",),
+    "exchange.tractograms": ("to_tractogram",),
     "forest.building.build_forest": ("build_forest",),
     "forest.forest": ("Forest",),
     "forest.mapping.parquet": ("query_parquet",),
@@ -120,6 +128,7 @@ _NAMES = {
     "geometry.curves": ("Curves",),
     "geometry.foreign": ("lines",),
     "geometry.lines": ("Lines",),
+    "geometry.mitsuba_shapes": ("curves",),
     "geometry.spheres": ("Spheres",),
     "geometry.triangles": ("Triangles",),
     "geometry.user_primitives": ("Primitives", "Rays"),
@@ -148,14 +157,16 @@ _NAMES = {
     "support.library": ("get_cmake_dir", "get_include", "get_lib"),
     "threads": ("get_num_threads", "set_num_threads"),
     "tree": ("Tree", "load"),
+    "viewer.viewer": ("view",),
 }
 
 #: Modules with names of their own, such as `fl.scenes.make`.
-_MODULES = ("beams", "inspection", "io", "rendering", "scenes", "theory")
+_SHOWN = ("beams", "drawing", "inspection", "scenes", "theory", "trimesh")
+_MODULES = (*_SHOWN, "io", "rendering")
 
 _MODULE_OF = {name: module for module, names in _NAMES.items() for name in names}
 
-__all__ = sorted([*_MODULE_OF, "beams", "inspection", "scenes", "theory"])
+__all__ = sorted([*_MODULE_OF, *_SHOWN])
 
 draw_with(lambda: import_module(".rendering.card.card", __name__))
 

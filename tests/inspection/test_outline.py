@@ -41,6 +41,14 @@ def test_each_inner_node_of_a_kd_tree_has_its_plane() -> None:
     assert (outline.split_axis[outline.is_leaf] == -1).all()
 
 
+@pytest.mark.parametrize("method", METHODS)
+def test_a_kd_tree_is_known_by_its_boxes(method: str) -> None:
+    tree = fl.build(fl.scenes.make("spaghetti", 300).lines, method)
+    assert outline_of(tree).is_kd == method.startswith("kd")
+    one_leaf = fl.build([[[0, 0, 0], [1, 1, 1]]], method)
+    assert outline_of(one_leaf).is_kd
+
+
 def test_overlapping_siblings_have_no_plane() -> None:
     crossing = np.array([[[0, 0, 0], [4, 4, 4]], [[1, 4, 0], [5, 0, 4]]], np.float32)
     outline = outline_of(fl.build(crossing, "bvh-cl", cost=fl.Cost(0.01)))

@@ -11,7 +11,7 @@ from support.line_files import lost_by
 
 import fastlines as fl
 from fastlines.errors import InputError
-from fastlines.io.units import METERS, meters_of, unit_of
+from fastlines.support.units import METERS, meters_of, unit_of
 
 LINES = fl.Lines.from_strands(np.arange(12.0).reshape(2, 2, 3))
 

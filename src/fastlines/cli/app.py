@@ -44,6 +44,8 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "within": ("nearest", "Find the lines within a distance of each point."),
     "pairs": ("pairs", "Find the lines that come near each other."),
     "render": ("render", "Render lines: hair, fibres, tubes; or draw the levels of a tree."),
+    "view": ("view", "Show a tree in the browser: its lines, its boxes, and the way of a ray through it."),
+    "draw": ("draw", "Draw a tree: its boxes, planes, cost, work and leaves."),
     "beams": ("beams", "Render light in fog, from photon beams."),
 }
 

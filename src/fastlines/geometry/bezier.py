@@ -44,6 +44,14 @@ UNITS = 2**20
 NO_DERIVATIVE = 2.0**-40
 
 
+class CurvePoints(NamedTuple):
+    """Points of curves, with their unit tangents, (…, 3), and radii, (…), in float64."""
+
+    points: Float64Array
+    tangents: Float64Array
+    radius: Float64Array
+
+
 def evaluate(control: Float64Array, t: Float64Array) -> tuple[Float64Array, Float64Array]:
     """Return the points of curves (n, 4, d) at t (n,), and the unit vectors along them, both (n, d).
 

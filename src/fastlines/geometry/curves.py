@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
@@ -28,19 +28,11 @@ from ..support.computed_once import computed_once
 from ..support.immutable import frozen
 from .any_geometry import AnyGeometry, Section
 from .axis_geometry import AxisArrays, AxisGeometry
-from .bezier import Float64Array, evaluate, largest
+from .bezier import CurvePoints, Float64Array, evaluate, largest
 from .curve_input import check_attributes, check_columns, convert_bezier, convert_strands, valid
 from .curve_pieces import Pieces, as_places, cut_curves
 from .lines import AXES, Lines, check_unit
 from .offsets import checked_metadata
-
-
-class CurvePoints(NamedTuple):
-    """Points of curves, with their unit tangents, (…, 3), and radii, (…), in float64."""
-
-    points: Float64Array
-    tangents: Float64Array
-    radius: Float64Array
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -6,8 +6,13 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from ..arrays import AnyArray
 from .offsets import Offset
+
+#: What a warning says of points without z.
+FLAT = "the points have two coordinates, x and y; z is 0"
 
 
 @dataclass(frozen=True)
@@ -40,3 +45,15 @@ def has(obj: object, *names: str) -> bool:
 def flat_column(values: AnyArray) -> AnyArray:
     """Return values without a last dimension of size 1."""
     return values[:, 0] if values.ndim == 2 and values.shape[1] == 1 else values
+
+
+def in_space(points: Any, how: Making) -> AnyArray:
+    """Return points (…, 2) with z = 0, and warn."""
+    how.warn(FLAT)
+    return with_z(points)
+
+
+def with_z(points: Any) -> AnyArray:
+    """Return points (…, 2) with z = 0."""
+    array = np.asarray(points)
+    return np.concatenate([array, np.zeros_like(array[..., :1])], axis=-1)

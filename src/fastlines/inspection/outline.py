@@ -148,6 +148,22 @@ class Outline:
         planes[inner[apart]] = (0.5 * (low + high))[rows, axis][apart]
         return axes, planes
 
+    @computed_once
+    def is_kd(self) -> bool:
+        """Whether children cut the box of each inner node in two at a plane: the KD axiom (thesis §3.2).
+
+        A single node is a KD tree and a BVH.
+        """
+        inner = np.flatnonzero(~self.is_leaf)
+        axis, plane = self.split_axis[inner].astype(np.int64), self.split_plane[inner]
+        left, right = self.boxes[inner + 1], self.boxes[self.right[inner]]
+        low, high = self.boxes[inner].copy(), self.boxes[inner].copy()
+        rows = np.arange(len(inner))
+        low[rows, 1, axis] = high[rows, 0, axis] = plane
+        is_low = (left == low) & (right == high)
+        is_high = (left == high) & (right == low)
+        return bool((axis >= 0).all() and (is_low.all(axis=(1, 2)) | is_high.all(axis=(1, 2))).all())
+
     def path(self, node: int) -> IntArray:
         """Return the nodes from the root to a node, both included.
 

@@ -9,8 +9,8 @@ import numpy as np
 
 from ..arrays import AnyArray, IntArray
 from ..geometry.lines import Lines
+from ..support.units import factor_between
 from .polylines import Polylines
-from .units import factor_between
 
 
 def is_encodable(name: str) -> bool:

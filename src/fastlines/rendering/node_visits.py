@@ -10,10 +10,13 @@ needs none. So a ray that misses a box by less than 2⁻¹⁹ of the scene's siz
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import numpy.typing as npt
 
 from ..arrays import IntArray
+from ..geometry.hit_places import Float64Array
 from ..inspection.slabs import enter
 from ..tree import Tree
 
@@ -48,26 +51,53 @@ def visited_nodes(tree: Tree, origins: npt.ArrayLike, directions: npt.ArrayLike,
     array([2, 1, 0])
     """
     origins, directions = (np.array(a, np.float64).reshape(-1, 3) for a in (origins, directions))
-    origins -= tree.geometry.offset
-    counts = np.zeros(len(origins), np.int64)
     if tree.n_prims == 0:
-        return counts
-    right = tree.nodes["right"]
+        return np.zeros(len(origins), np.int64)
+    origins -= tree.geometry.offset
     grow = radius + tree.geometry.radius_beyond
+    return sum_over_visits(tree.nodes["box"], tree.nodes["right"], origins, directions, grow).astype(np.int64)
+
+
+def sum_over_visits(
+    boxes: npt.NDArray[np.floating],
+    right: npt.NDArray[np.integer],
+    origins: Float64Array,
+    directions: Float64Array,
+    grow: float,
+    weights: Float64Array | None = None,
+    progress: Callable[[float], object] | None = None,
+) -> Float64Array:
+    """Add up a weight of each node that rays visit, (n,) float64; without weights, count the nodes.
+
+    Parameters
+    ----------
+    boxes : (n_nodes, 2, 3) array
+    right : (n_nodes,) array
+        The right child of each node in preorder; 0 for a leaf.
+    origins, directions : (n, 3) float64
+    grow : float
+        How far boxes are grown on all sides.
+    weights : (n_nodes,) float64, optional
+    progress : callable, optional
+        Called with the fraction of the rays that are done.
+    """
+    sums = np.zeros(len(origins))
     # Start in parts that leave room for both children of each node.
-    waiting = [
-        (rays, np.zeros(len(rays), np.int64))
-        for rays in np.array_split(np.arange(len(origins)), max(1, -(-len(origins) // (MAX_PAIRS // 2))))
-    ]
-    while waiting:
-        rays, nodes = waiting.pop()
-        hit = np.isfinite(enter(tree.nodes["box"][nodes], origins[rays], directions[rays], grow))
-        rays, nodes = rays[hit], nodes[hit]
-        counts += np.bincount(rays, minlength=len(counts))
-        # Go on with both children.
-        inner = right[nodes] > 0
-        rays, nodes = np.tile(rays[inner], 2), np.concatenate([nodes[inner] + 1, right[nodes[inner]].astype(np.int64)])
-        parts = max(1, -(-len(rays) // MAX_PAIRS))
-        if len(rays):
-            waiting += zip(np.array_split(rays, parts), np.array_split(nodes, parts), strict=True)
-    return counts
+    parts = np.array_split(np.arange(len(origins)), max(1, -(-len(origins) // (MAX_PAIRS // 2))))
+    for i, part in enumerate(parts):
+        waiting = [(part, np.zeros(len(part), np.int64))]
+        while waiting:
+            rays, nodes = waiting.pop()
+            hit = np.isfinite(enter(boxes[nodes], origins[rays], directions[rays], grow))
+            rays, nodes = rays[hit], nodes[hit]
+            sums += np.bincount(rays, None if weights is None else weights[nodes], minlength=len(sums))
+            # Go on with both children.
+            inner = right[nodes] > 0
+            rays = np.tile(rays[inner], 2)
+            nodes = np.concatenate([nodes[inner] + 1, right[nodes[inner]].astype(np.int64)])
+            if len(rays):
+                n_parts = -(-len(rays) // MAX_PAIRS)
+                waiting += zip(np.array_split(rays, n_parts), np.array_split(nodes, n_parts), strict=True)
+        if progress is not None:
+            progress((i + 1) / len(parts))
+    return sums

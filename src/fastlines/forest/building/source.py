@@ -14,8 +14,9 @@ import numpy as np
 from ...arrays import kind_of
 from ...errors import InputError
 from ...geometry.any_geometry import AnyGeometry
-from ...geometry.foreign import lines, to_array
+from ...geometry.foreign import lines
 from ...geometry.lines import Lines
+from ...geometry.to_array import to_array
 from ...io.chunks import read_chunks
 from ...io.reading import check_path
 from ...progress import ProgressCallback

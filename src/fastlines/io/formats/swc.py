@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -24,12 +24,12 @@ import numpy.typing as npt
 from ...arrays import AnyArray, FloatArray, IntArray
 from ...geometry.lines import Lines
 from ...geometry.offsets import in_file
+from ...geometry.sections import count_rootless, find_sections
 from ...support.distinct import distinct, is_among
 from ..losses import not_held, strand_numbers
-from ..polylines import polylines_of
+from ..polylines import Polylines, polylines_of
 from ..source import Source
 from .number_text import Float64Array, first_columns, number_lines, one_each, parse_numbers, unify, words_of
-from .sections import count_rootless, find_sections
 
 UNIT = "µm"
 _COMMENT = re.compile(rb"#[^\n]*")
@@ -85,37 +85,50 @@ def read(source: Source, invalid: str) -> Lines:
     )
 
 
-def write(lines: Lines, path: Path) -> list[str]:
-    """Write a node for each point of each polyline; each polyline is a tree of its own.
+class Nodes(NamedTuple):
+    """Nodes of trees, a row for each: its id, the id of its parent or -1, its point, radius and type."""
 
-    Where all ends of segments have an ``id``, as lines from a ``.swc`` file do, nodes are these ids, and so the trees
-    stay whole. The type is that of the attribute ``type``, or 0. The radius is 0 where the lines have none.
-    """
+    ids: IntArray
+    parents: IntArray
+    points: AnyArray
+    radius: FloatArray
+    types: IntArray
+
+
+def write(lines: Lines, path: Path) -> list[str]:
+    """Write the nodes of `nodes_of`. The radius is 0 where the lines have none."""
     polylines = polylines_of(lines)
-    types = polylines.point_attributes.get("type")
-    has_types = types is not None and types.ndim == 1 and types.dtype.kind in "iu"
-    nodes = _nodes_by_id(lines, lines.end_attributes["type"] if has_types else None)
-    kept, lost = ["type"] * has_types, strand_numbers(polylines.strand)
-    if nodes is None:
-        m = len(polylines.points)
-        parents = np.arange(m)
-        parents[polylines.offsets[:-1]] = -1
-        radius = np.zeros(m, np.float32) if polylines.radius is None else polylines.radius
-        kinds = np.zeros(m, np.int64) if types is None or not has_types else types
-        nodes = np.arange(1, m + 1), parents, polylines.points, radius, kinds
-    else:
-        kept.append("id")
-        lost = _reordered(lines, nodes[0], nodes[1])
-    ids, parents, points, radius, kinds = nodes
-    table = np.concatenate([points, radius[:, None]], axis=1)
-    numbers = (one_each(np.asarray(values)) for values in (ids, kinds, parents))
+    nodes, kept = nodes_of(lines, polylines)
+    table = np.concatenate([nodes.points, nodes.radius[:, None]], axis=1)
+    numbers = (one_each(np.asarray(values)) for values in (nodes.ids, nodes.types, nodes.parents))
     with path.open("wb") as file:
         file.write(b"# id type x y z radius parent\n")
         rows = (row for rows in words_of(table) for row in rows)
         for node, kind, parent, row in zip(*numbers, rows, strict=True):
             file.write(b" ".join([node, kind, *row, parent]) + b"\n")
+    lost = _reordered(lines, nodes) if "id" in kept else strand_numbers(polylines.strand)
     held = not_held(lines, polylines, radius=True, needs_radius=True, attributes=kept, strands=True, unit=UNIT)
     return lost + held
+
+
+def nodes_of(lines: Lines, polylines: Polylines) -> tuple[Nodes, list[str]]:
+    """Return a node for each point of the polylines of lines, and the names of the attributes that nodes keep.
+
+    Each polyline is a tree of its own. Where all ends of segments have an ``id``, as lines from a ``.swc`` file do,
+    nodes are these ids, which rise, and so the trees stay whole. The type is that of the attribute ``type``, or 0.
+    """
+    types = polylines.point_attributes.get("type")
+    has_types = types is not None and types.ndim == 1 and types.dtype.kind in "iu"
+    kept = ["type"] * has_types
+    nodes = _nodes_by_id(lines, lines.end_attributes["type"] if has_types else None)
+    if nodes is not None:
+        return nodes, [*kept, "id"]
+    m = len(polylines.points)
+    parents = np.arange(m)
+    parents[polylines.offsets[:-1]] = -1
+    radius = np.zeros(m, np.float32) if polylines.radius is None else polylines.radius
+    kinds = np.zeros(m, np.int64) if types is None or not has_types else types
+    return Nodes(np.arange(1, m + 1), parents, polylines.points, radius, kinds), kept
 
 
 def _offset(source: Source, text: bytes) -> Float64Array:
@@ -189,10 +202,8 @@ def _find_parents(source: Source, ids: IntArray, parents: IntArray, table: Float
     return np.where(is_self, -1, parent)
 
 
-def _nodes_by_id(
-    lines: Lines, given_types: npt.NDArray[Any] | None
-) -> tuple[IntArray, IntArray, AnyArray, FloatArray, IntArray] | None:
-    """Return ids, parents, points, radii and types of nodes, if the ends of segments have ids that make trees."""
+def _nodes_by_id(lines: Lines, given_types: npt.NDArray[Any] | None) -> Nodes | None:
+    """Return the nodes, if the ends of segments have ids that make trees."""
     ends = lines.end_attributes.get("id")
     if ends is None or ends.shape != (len(lines), 2) or ends.dtype.kind not in "iu":
         return None
@@ -214,11 +225,12 @@ def _nodes_by_id(
     if len(distinct(ends[:, 1])) < len(ends) or is_root[is_among(ends[:, 0], ends[~is_root])].any():
         return None
     parents[children] = ends[~is_root, 0]
-    return np.asarray(ids), parents, points[first], radius[first], kinds[first].astype(np.int64)
+    return Nodes(np.asarray(ids), parents, points[first], radius[first], kinds[first].astype(np.int64))
 
 
-def _reordered(lines: Lines, ids: IntArray, parents: IntArray) -> list[str]:
+def _reordered(lines: Lines, nodes: Nodes) -> list[str]:
     """Return what is lost as sections of nodes, whose ids rise, are read in another order or as other strands."""
+    ids, parents = nodes.ids, nodes.parents
     is_root = parents < 0
     parent = np.where(is_root, np.arange(len(ids)), np.searchsorted(ids, parents))
     has_children = is_among(np.arange(len(ids)), parent[~is_root])

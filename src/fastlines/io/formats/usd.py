@@ -34,12 +34,12 @@ from ...errors import InputError
 from ...geometry.collection import Geometry
 from ...geometry.lines import Lines
 from ...support.optional import optional
+from ...support.units import unit_of
 from ..cut_lines import regroup
 from ..format import AnyLines
 from ..rounding import Rounding
 from ..segment_collector import offset_for
 from ..source import Source
-from ..units import unit_of
 from .usd_curves import Strokes
 from .usd_join import Columns, joined
 from .usd_scene import Scene, reason_of, short, text_of

@@ -14,9 +14,9 @@ from ...geometry.curves import Curves
 from ...geometry.lines import Lines
 from ...geometry.offsets import NO_OFFSET
 from ...support.optional import optional
+from ...support.units import meters_of
 from ..losses import is_encodable, strand_numbers
 from ..polylines import Polylines, attributes_of_runs, equal, polylines_of
-from ..units import meters_of
 
 #: USD's types of arrays by NumPy's, and whether there are vectors of them.
 _TYPES: dict[str, tuple[str, bool]] = {

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...arrays import IntArray
+from ..arrays import IntArray
 
 
 def find_sections(parent: IntArray, child: IntArray) -> tuple[IntArray, IntArray, IntArray]:

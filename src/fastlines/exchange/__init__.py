@@ -1,0 +1,1 @@
+"""Lines as objects of other packages."""

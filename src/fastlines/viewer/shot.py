@@ -1,0 +1,163 @@
+"""A ray that is shot into one tree or two: its way through them, its hits, and tables of both."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from ..camera import Vector
+from ..errors import InputError
+from ..geometry.hit_places import Float64Array
+from ..inspection.outline import Outline
+from ..inspection.slabs import enter
+from ..inspection.traversal import Traversal
+from ..query.hits import AllHits
+from ..support.texts import counted, number_text
+from .line_colors import numeric_attributes
+from .tables import Table
+
+#: The most hits in the table, and the most attributes.
+MAX_LISTED, MAX_ATTRIBUTES = 30, 4
+#: The most boxes of visited nodes, and the most points of hits, on the page.
+MAX_VISITED, MAX_POINTS = 2_000, 20_000
+#: How far the ray is drawn beyond the box of everything, as a fraction of its longest side.
+BEYOND = 0.1
+
+
+@dataclass(frozen=True)
+class Ray:
+    """A ray, in the coordinates of `Tree.all_hits`."""
+
+    origin: Vector
+    direction: Vector
+
+
+def rounded(values: Sequence[float] | Float64Array) -> Vector:
+    """Return three numbers in six digits, so that the ray that is shown is the one that is asked.
+
+    Examples
+    --------
+    >>> rounded([1 / 3, 2.0, -1e-9])
+    (0.333333, 2.0, -1e-09)
+    """
+    x, y, z = (float(f"{value:.6g}") for value in values)
+    return x, y, z
+
+
+def vector_text(values: Sequence[float]) -> str:
+    """Return three numbers as a text that `read_vector` reads.
+
+    Examples
+    --------
+    >>> vector_text((0.5, 2.0, -1e-09))
+    '0.5, 2, -1e-09'
+    """
+    return ", ".join(f"{value:.9g}" for value in values)
+
+
+def read_vector(text: str, name: str) -> Vector:
+    """Read three numbers separated by commas or spaces.
+
+    Raises
+    ------
+    InputError
+        If the text is anything else, or one is not finite.
+
+    Examples
+    --------
+    >>> read_vector("0.5, 2, -1e-9", "origin")
+    (0.5, 2.0, -1e-09)
+    """
+    try:
+        x, y, z = (float(part) for part in text.replace(",", " ").split())
+    except ValueError:
+        raise InputError(f"{name} {text!r} is not three numbers, such as 0.5, 2, -1") from None
+    if not all(map(math.isfinite, (x, y, z))):
+        raise InputError(f"{name} {text!r} is not finite; expected three finite numbers")
+    return x, y, z
+
+
+def hit_table(hits: AllHits, most: int = MAX_LISTED) -> Table:
+    """Return a row for each hit: its number, prim, strand, t, distance and attributes, as `AllHits` has them.
+
+    Examples
+    --------
+    >>> import fastlines as fl
+    >>> tree = fl.build([[[0, 0, 0], [1, 1, 1]], [[0, 0, 8], [1, 1, 9]]])
+    >>> hit_table(tree.all_hits([[0.5, 0.5, -5]], [[0, 0, 1]], 0.1)).rows
+    [['1', '0', '0', '5.5', '0'], ['2', '1', '1', '13.5', '0']]
+    """
+    geometry = hits.geometry
+    n = min(len(hits), most)
+    columns: dict[str, Sequence[str]] = {"hit": [str(i + 1) for i in range(n)]}
+    if hits.part is not None:
+        columns["part"] = [str(part) for part in hits.part[:n]]
+    columns["prim"] = [str(prim) for prim in hits.prim[:n]]
+    if geometry is not None and geometry.n_strands:
+        columns["strand"] = [str(strand) if strand >= 0 else "–" for strand in hits.strand[:n]]
+    columns["t"] = [f"{t:.6g}" for t in hits.t[:n]]
+    columns["distance"] = [f"{distance:.4g}" for distance in hits.distance[:n]]
+    names = () if geometry is None or not n else numeric_attributes(geometry)[:MAX_ATTRIBUTES]
+    for name in names:
+        values = np.asarray(hits.sample(name), np.float64)[:n]
+        columns[name] = ["NaN" if np.isnan(value).all() else _value_text(value) for value in values]
+    return Table(list(columns), [list(row) for row in zip(*columns.values(), strict=True)])
+
+
+def _value_text(value: npt.NDArray[np.float64]) -> str:
+    return number_text(float(value)) if value.ndim == 0 else ", ".join(map(number_text, value.tolist()))
+
+
+def hits_text(hits: AllHits, most: int = MAX_LISTED) -> str:
+    """Return how many hits there are, and how many are listed."""
+    listed = f"; the first {most} are listed" if len(hits) > most else ""
+    return f"{counted(len(hits), 'hits')}{listed}"
+
+
+def work_table(names: Sequence[str], ways: Sequence[Traversal], outlines: Sequence[Outline]) -> Table:
+    """Return what the ray costs in each tree, a row for each, beside the cost of the tree: the mean over all lines."""
+    rows = []
+    for name, way, outline in zip(names, ways, outlines, strict=True):
+        work = f"{way.n_steps:,}", f"{way.n_tests:,}", f"{way.cost:.6g}", f"{len(way.hits):,}"
+        rows.append([name, *work, f"{outline.cost_below[0]:.6g}"])
+    return Table(["tree", "steps", "tests", "cost of the ray", "hits", "cost of the tree"], rows)
+
+
+def step_text(way: Traversal, outline: Outline, step: int) -> str:
+    """Return what the ray does at one step, counted from 1."""
+    if not len(way.nodes):
+        return "the ray misses the box of the root"
+    if step <= 0:
+        return "before the first node"
+    i = min(step, len(way.nodes)) - 1
+    node = int(way.nodes[i])
+    what = f"leaf {node}, {counted(int(outline.n_refs[node]), 'tests')}, {counted(int(way.n_found[i]), 'hits')}"
+    if not way.is_leaf[i]:
+        what = f"inner node {node}"
+    return f"step {i + 1} of {len(way.nodes)}: {what}, level {outline.level[node]}, entered at t = {way.enter[i]:.6g}"
+
+
+def ray_ends(ray: Ray, box: Float64Array, stop: float | None = None) -> Float64Array | None:
+    """Return the part of a ray that is drawn, (2, 3): from near a box to beyond it, or to t = `stop`.
+
+    It is None for a ray that misses the box.
+
+    Examples
+    --------
+    >>> ray_ends(Ray((0.5, 0.5, -5.0), (0.0, 0.0, 1.0)), np.array([[0.0, 0, 0], [1, 1, 1]]))[:, 2].round(6).tolist()
+    [-0.1, 1.1]
+    """
+    origin, direction = np.array(ray.origin), np.array(ray.direction)
+    beyond = BEYOND * float((box[1] - box[0]).max()) / float(np.sqrt((direction**2).sum()))
+    first = float(enter(box[None], origin, direction, 0.0)[0])
+    if not math.isfinite(first):
+        return None
+    # The ray leaves the box where one from its other side enters it.
+    far = first + 2 * float((box[1] - box[0]).sum()) / float(np.abs(direction).max())
+    last = far - float(enter(box[None], origin + far * direction, -direction, 0.0)[0])
+    end = last + beyond if stop is None else stop
+    return np.stack([origin + max(0.0, first - beyond) * direction, origin + end * direction])
