@@ -102,8 +102,11 @@ def _check_points(rng: Random, kind: str, shape: str, geometry: Any, axes: Array
     certain = np.abs(exact - radius[:, None]) > band
     tally = Tally(n_in_band=int((~certain).sum()))
     for simd in fl.available_simd():
-        with on(simd, int(rng.integers(1, 3))):
-            within = fl.build(geometry).within(points, radius)
+        try:
+            with on(simd, int(rng.integers(1, 3))):
+                within = fl.build(geometry).within(points, radius)
+        except fl.InputError:
+            return Tally(n_refused=1)
         found = np.zeros(exact.shape, np.bool_)
         found[within.point, within.prim] = True
         tally.count((f"{kind}, points", shape, simd), certain, found != is_within, 0)

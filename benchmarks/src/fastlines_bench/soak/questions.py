@@ -130,7 +130,10 @@ def _touch(rng: Random, scene: Scene, rows: dict[str, Array]) -> None:
     if not isinstance(scene.geometry, fl.Lines) or not len(scene.geometry) or scene.geometry.offset != (0, 0, 0):
         return
     asked: dict[str, Any] = {**rows, "radius": np.full(len(rows["origins"]), 0.3 * scene.size, np.float32)}
-    hits = fl.brute_force(scene.geometry, **asked)
+    try:
+        hits = fl.brute_force(scene.geometry, **asked)
+    except fl.InputError:  # the scene is so small that the radius is too large for it
+        return
     own = hits.sample("radius") if scene.geometry.radius is not None else np.zeros(len(hits))
     touching = np.maximum(hits.distance - own, 0).astype(np.float32)
     rows["radius"] = rows["radius"].copy()

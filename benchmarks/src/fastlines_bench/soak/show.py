@@ -59,7 +59,7 @@ def _print_decisions(console: Console, summary: Summary) -> None:
         n, wrong = (sum(counts[key] for key in keys) for counts in (tally.n, tally.wrong))
         console.print(f"{what}–primitive decisions outside the band: {n:,}, wrong: {wrong:,}", highlight=False)
     in_band, refused = f"{tally.n_in_band:,} decisions", counted(tally.n_refused, "batches")
-    console.print(f"{in_band} are in the band; {refused} of rays were refused", highlight=False)
+    console.print(f"{in_band} are in the band; {refused} were refused", highlight=False)
 
 
 def _figures(counts: Counter[tuple[str, str, str]], at: int, name: str, sets: Iterable[str]) -> list[str]:
