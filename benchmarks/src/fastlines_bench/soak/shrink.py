@@ -25,7 +25,8 @@ def shrink(case: Case, fails: Fails, seconds: float = 30.0) -> Case:
     """Return a smaller case that fails too; the search ends after so many seconds of processor time.
 
     It is delta debugging (Zeller and Hildebrandt 2002): rows are left out in halves, quarters, … as long as the case
-    fails, and then settings, options and digits one by one, until nothing more can be left out.
+    fails, and then options, settings and digits one by one, until nothing more can be left out. Primitives come before
+    settings: a default build would need more of them.
     """
     end = time.process_time() + seconds
 
@@ -35,7 +36,7 @@ def shrink(case: Case, fails: Fails, seconds: float = 30.0) -> Case:
     before = None
     while before is not case and time.process_time() < end:
         before = case
-        for smaller in (_without_settings, _fewer_prims, _fewer_rows, _without_options, _shorter_numbers):
+        for smaller in (_fewer_prims, _fewer_rows, _without_options, _without_settings, _shorter_numbers):
             case = smaller(case, still_fails)
     return case
 
