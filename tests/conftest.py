@@ -6,6 +6,7 @@ import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
+import hypothesis
 import pytest
 
 import fastlines as fl
@@ -14,6 +15,9 @@ from fastlines.io import table
 
 # These hold assertions, though no tests: let pytest explain them all the same.
 pytest.register_assert_rewrite("support")
+# An example may take any time, because machines are busy.
+hypothesis.settings.register_profile("untimed", deadline=None)
+hypothesis.settings.load_profile("untimed")
 
 
 @pytest.fixture

@@ -97,7 +97,7 @@ if TYPE_CHECKING:
     from .threads import set_num_threads as set_num_threads
     from .tree import Tree as Tree
     from .tree import load as load
-    from .viewer.viewer import view as view
+    from .viewer.view import view as view
 
     __version__: str
 
@@ -157,7 +157,7 @@ _NAMES = {
     "support.library": ("get_cmake_dir", "get_include", "get_lib"),
     "threads": ("get_num_threads", "set_num_threads"),
     "tree": ("Tree", "load"),
-    "viewer.viewer": ("view",),
+    "viewer.view": ("view",),
 }
 
 #: Modules with names of their own, such as `fl.scenes.make`.

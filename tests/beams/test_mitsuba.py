@@ -17,6 +17,7 @@ from fastlines.mitsuba import beam_scene  # noqa: E402
 from fastlines.mitsuba.integrator import NAME  # noqa: E402
 from fastlines.mitsuba.lights import MitsubaLights  # noqa: E402
 from fastlines.mitsuba.medium import medium_of  # noqa: E402
+from fastlines.mitsuba.packages import require_variant  # noqa: E402
 from fastlines.mitsuba.surfaces import MitsubaSurfaces  # noqa: E402
 from fastlines.support.counter_random import random_bits  # noqa: E402
 
@@ -28,7 +29,8 @@ KEYS = random_bits(0, np.arange(4000))
 def _variant() -> None:
     try:
         mi.set_variant("llvm_ad_rgb")
-    except (ImportError, RuntimeError) as error:
+        require_variant()
+    except (ImportError, RuntimeError, fl.InputError) as error:
         pytest.skip(f"Mitsuba's variant does not run here: {error}")
     mi.set_log_level(mi.LogLevel.Error)
 
@@ -291,3 +293,9 @@ def test_other_variants_are_refused(variant: str) -> None:
     mi.set_variant(variant)
     with pytest.raises(RuntimeError, match=f"the variant of Mitsuba is '{variant}'.*set_variant\\('llvm_ad_rgb'\\)"):
         mi.load_dict({"type": NAME})
+
+
+def test_an_llvm_that_would_end_the_process_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(importlib.import_module("drjit").detail, "llvm_version", lambda: (15, 0, 6))
+    with pytest.raises(fl.InputError, match=r"LLVM 15\.0\.6, which ends the process.*install LLVM 17 or later"):
+        require_variant()

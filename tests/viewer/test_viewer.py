@@ -16,7 +16,8 @@ import fastlines as fl
 from fastlines.inspection import trace_ray
 from fastlines.viewer.latest import Latest
 from fastlines.viewer.server import free_port
-from fastlines.viewer.viewer import Viewer, make_panes
+from fastlines.viewer.view import make_panes
+from fastlines.viewer.viewer import Viewer
 
 TREE = fl.build(fl.scenes.make("spaghetti", 300).lines, "bvh-d2")
 
@@ -42,6 +43,7 @@ BAD = {
         lambda: fl.view(fl.theory.build(fl.theory.segments([[[0, 0, 0], [1, 1, 1]]]), fl.theory.object_sweep)),
         "tree is Node; .*fl.drawing",
     ),
+    "forest": (lambda: fl.view(object.__new__(fl.Forest)), "tree is Forest; .*over some of the lines"),
     "empty": (lambda: fl.view(fl.build(np.empty((0, 2, 3)))), "over no primitives, so there is nothing to view"),
     "other lines": (lambda: fl.view(TREE, against=fl.build([[[0, 0, 0], [1, 1, 1]]])), "over the same lines"),
     "method": (lambda: fl.view(TREE, against="bvh-cd"), "did you mean"),
@@ -85,6 +87,12 @@ def test_without_viser_the_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> No
 
 def test_trees_of_the_same_method_have_different_names() -> None:
     assert [pane.name for pane in make_panes(TREE, TREE)] == ["bvh-d2 1", "bvh-d2 2"]
+
+
+def test_costs_of_both_trees_are_those_of_the_first_ones_steps() -> None:
+    panes = make_panes(TREE, "kd-cl")
+    assert [pane.outline.model for pane in panes] == [TREE.settings.cost] * 2
+    assert panes[1].tree.settings.cost != TREE.settings.cost
 
 
 def test_a_viewer_is_silent_serves_on_the_loopback_address_and_ends(capfd: pytest.CaptureFixture[str]) -> None:
@@ -144,6 +152,16 @@ def test_a_ray_is_followed_through_both_trees(viewer: Viewer) -> None:
 def test_a_ray_that_is_none_is_refused(viewer: Viewer, ray: tuple[list[float], ...], sentence: str) -> None:
     with pytest.raises(fl.InputError, match=sentence):
         viewer.shoot(*ray)
+
+
+def test_a_ray_with_too_many_hits_is_refused_on_the_page(viewer: Viewer, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("fastlines.viewer.pane.MAX_HITS", 10)
+    viewer.shoot([0.5, 0.5, -1], [0, 0, 1], 0.1, query="all")
+    viewer.wait()
+    assert "follows at most 10: lower the radius" in viewer._panel.note.content
+    viewer.shoot([0.5, 0.5, -1], [0, 0, 1], 0.001)
+    viewer.wait()
+    assert viewer._panel.note.content == ""
 
 
 def test_a_node_is_picked_and_let_go(viewer: Viewer) -> None:

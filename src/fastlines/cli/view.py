@@ -77,8 +77,9 @@ def view(
     from ..tree import Tree
     from ..viewer.export import check_page_path, write_page
     from ..viewer.server import PORTS, free_port, viser
-    from ..viewer.shot import read_vector
-    from ..viewer.viewer import Viewer, first_choices, make_panes, make_ray
+    from ..viewer.shot import make_ray, read_vector
+    from ..viewer.view import first_choices, make_panes
+    from ..viewer.viewer import Viewer
 
     # Check what is cheap to check before the work.
     viser()

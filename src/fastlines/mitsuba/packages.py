@@ -12,6 +12,8 @@ dr: Any = optional("drjit", "fastlines.mitsuba", "mitsuba")
 
 #: What `mitsuba.set_variant` takes so that photon beams can be drawn.
 VARIANTS = ("llvm_ad_rgb", "cuda_ad_rgb")
+#: The first version of LLVM that compiles Mitsuba's kernels; earlier ones end the process.
+LEAST_LLVM = 17
 
 
 def require_variant() -> None:
@@ -22,3 +24,10 @@ def require_variant() -> None:
             f"the variant of Mitsuba is {variant!r}; photon beams need one that traces all rays of a picture at once, "
             f"in red, green and blue: call mitsuba.set_variant({VARIANTS[0]!r}) before the scene is loaded"
         )
+    if variant.startswith("llvm"):
+        version = dr.detail.llvm_version()
+        if version[0] < LEAST_LLVM:
+            raise InputError(
+                f"Mitsuba found LLVM {'.'.join(map(str, version))}, which ends the process when it compiles Mitsuba's "
+                f"kernels; install LLVM {LEAST_LLVM} or later, or set DRJIT_LIBLLVM_PATH to its library"
+            )

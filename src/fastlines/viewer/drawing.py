@@ -10,11 +10,13 @@ import numpy as np
 from ..camera import Camera
 from ..errors import InputError
 from ..geometry.hit_places import Float64Array
+from ..inspection.outline import Outline
 from ..inspection.slabs import enter
 from ..inspection.traversal import trace_ray
 from ..rendering.default_view import default_view
 from ..structure.tree_data import TreeData
 from .choices import Choices
+from .line_colors import LineLegend
 from .node_path import path_table, references_text
 from .pane import Pane
 from .shot import Ray, hit_table, hits_text, rounded, step_text, work_table
@@ -42,6 +44,7 @@ class Drawing:
 
     def __init__(self, stage: Stage, panes: Sequence[Pane], choices: Choices) -> None:
         self.stage, self.panes, self.choices = stage, panes, choices
+        self.legend: LineLegend | None = None
         self._along, self._view = _axes_of_view(panes[0])
 
     @property
@@ -81,7 +84,7 @@ class Drawing:
 
     def facts(self) -> str:
         """Return what is known of the trees, as HTML."""
-        columns = [tree_facts(pane.tree) for pane in self.panes]
+        columns = [tree_facts(pane.tree, pane.outline) for pane in self.panes]
         rows = [[name, *(column[name] for column in columns)] for name in columns[0]]
         return Table(["tree", *(pane.name for pane in self.panes)], rows).html()
 
@@ -89,6 +92,7 @@ class Drawing:
         """Draw the lines; return how many are shown, and what their colours mean, as HTML."""
         with self.stage.atomic():
             said = [pane.draw_lines(self.stage, self.choices) for pane in self.shown]
+        self.legend = said[0][1]
         parts = []
         for pane, (_, legend) in zip(self.shown, said, strict=True):
             of_tree = len(said) > 1 and said[0][1].title == legend.title and legend.bar is not None
@@ -171,22 +175,25 @@ class Drawing:
         return index, int(found[-1])
 
 
-def tree_facts(tree: TreeData) -> dict[str, str]:
-    """Return figures of a tree that fit beside those of another.
+def tree_facts(tree: TreeData, outline: Outline) -> dict[str, str]:
+    """Return figures of a tree that fit beside those of another; its cost is by the model of the outline.
 
     Examples
     --------
     >>> import fastlines as fl
-    >>> tree_facts(fl.build([[[-1, -1, -1], [1, 1, 1]]], "kd-d2"))["nodes, levels"]
-    '1, 1'
+    >>> from fastlines.inspection import outline_of
+    >>> tree = fl.build([[[-1, -1, -1], [1, 1, 1]]], "kd-d2")
+    >>> tree_facts(tree, outline_of(tree))["cost, c_trav 0.6"]
+    '1'
     """
-    stats = tree.stats()
+    stats, model = tree.stats(), outline.model
+    name = f"cost, c_trav {model.c_trav:g}" + (f", c_prim {model.c_prim:g}" if model.c_prim != 1 else "")
     per_prim = f", {stats['refs_per_prim']:.3g} a primitive" if stats["n_refs"] != stats["n_prims"] else ""
     return {
         "nodes, levels": f"{stats['n_nodes']:,}, {stats['depth'] + 1}",
         "references": f"{stats['n_refs']:,}{per_prim}",
         "in a leaf": f"{stats['mean_leaf_refs']:.3g}, {stats['largest_leaf_refs']:,} at most",
-        "cost": f"{stats['cost']:,.6g}",
+        name: f"{outline.cost_below[0]:,.6g}",
     }
 
 

@@ -6,16 +6,18 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from ..errors import InputError
 from ..inspection.outline import Outline, outline_of
 from ..inspection.traversal import Traversal, trace_ray
 from ..rendering.color.palette import hexadecimal, mapped
+from ..settings.settings import Cost
 from ..support.distinct import distinct
 from ..tree import Tree
 from .choices import ALL, NONE, TESTED, Choices
 from .line_colors import LineLegend, line_colors
 from .node_boxes import box_edges, level_boxes, split_planes
 from .node_path import reference_strokes
-from .shot import MAX_POINTS, MAX_VISITED, ray_ends
+from .shot import MAX_HITS, MAX_POINTS, MAX_VISITED, ray_ends
 from .stage import Stage
 from .strokes import Strokes, strokes_of, strokes_of_prims
 from .thinning import MAX_SHOWN
@@ -43,6 +45,8 @@ class Pane:
         What the page calls it.
     group : str
         The group of its names on the stage.
+    model : Cost
+        The costs of a step and of a test.
     most : int
         About the most strokes that draw its lines.
     way : Traversal or None
@@ -52,21 +56,33 @@ class Pane:
     tree: Tree
     name: str
     group: str
+    model: Cost
     most: int = MAX_SHOWN
     way: Traversal | None = None
     outline: Outline = field(init=False, repr=False)
     _drawn: tuple[object, Strokes] | None = field(init=False, default=None, repr=False)
 
     def __post_init__(self) -> None:
-        self.outline = outline_of(self.tree)
+        self.outline = outline_of(self.tree, self.model)
 
     def shoot(self, choices: Choices) -> None:
-        """Follow the ray that is chosen through the tree."""
+        """Follow the ray that is chosen through the tree.
+
+        Raises
+        ------
+        InputError
+            If it cannot be asked, or hits more than the page can follow.
+        """
         ray = choices.ray
         if ray is None:
             self.way = None
             return
         asked = ray.origin, ray.direction, choices.radius
+        n_hits = int(self.tree.count_hits(*asked))
+        if n_hits > MAX_HITS:
+            raise InputError(
+                f"the ray hits {n_hits:,} primitives; the page follows at most {MAX_HITS:,}: lower the radius"
+            )
         self.way = trace_ray(self.tree, *asked, query=choices.query, outline=self.outline)
 
     def strokes(self, stage: Stage, choices: Choices) -> Strokes:

@@ -12,7 +12,7 @@ from ..errors import FastlinesError
 from .choices import CLICKS, LINES, UNCUT, Choices
 from .line_colors import color_names
 from .pane import Pane
-from .shot import Ray, read_vector, vector_text
+from .shot import make_ray, read_vector, vector_text
 from .tables import STYLE, block, paragraph
 
 #: The width of the panel in pixels.
@@ -180,10 +180,11 @@ class Panel:
         try:
             origin = read_vector(self.origin.value, "origin")
             direction = read_vector(self.direction.value, "direction")
+            ray = make_ray(self._panes[0].tree, origin, direction, self.choices.radius)
         except FastlinesError as error:
             self.say(str(error), "error")
             return
-        self.choices.ray = Ray(origin, direction)
+        self.choices.ray = ray
         self._order("ray", client)
 
     def _add_save(self) -> None:

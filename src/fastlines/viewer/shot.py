@@ -17,11 +17,14 @@ from ..inspection.slabs import enter
 from ..inspection.traversal import Traversal
 from ..query.hits import AllHits
 from ..support.texts import counted, number_text
+from ..tree import Tree
 from .line_colors import numeric_attributes
 from .tables import Table
 
 #: The most hits in the table, and the most attributes.
 MAX_LISTED, MAX_ATTRIBUTES = 30, 4
+#: The most hits of a ray that is followed, so that the page answers soon.
+MAX_HITS = 100_000
 #: The most boxes of visited nodes, and the most points of hits, on the page.
 MAX_VISITED, MAX_POINTS = 2_000, 20_000
 #: How far the ray is drawn beyond the box of everything, as a fraction of its longest side.
@@ -34,6 +37,22 @@ class Ray:
 
     origin: Vector
     direction: Vector
+
+
+def make_ray(tree: Tree, origin: npt.ArrayLike, direction: npt.ArrayLike, radius: float) -> Ray:
+    """Check a ray by asking it, and return it.
+
+    Raises
+    ------
+    InputError
+        If `Tree.all_hits` refuses it.
+    """
+    given = [np.asarray(values) for values in (origin, direction)]
+    if any(values.shape != (3,) for values in given):
+        raise InputError(f"origin={origin!r}, direction={direction!r}; expected three numbers each")
+    tree.any_hit(given[0], given[1], radius)
+    (x, y, z), (dx, dy, dz) = (values.astype(np.float64).tolist() for values in given)
+    return Ray((x, y, z), (dx, dy, dz))
 
 
 def rounded(values: Sequence[float] | Float64Array) -> Vector:
