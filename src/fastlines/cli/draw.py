@@ -73,7 +73,7 @@ def draw(
         source=source,
         output=output,
         kind=kind,
-        methods=(method, *(against or ())),
+        methods=[method, *(against or ())],
         level=level,
         axis=axis,
         by=by,

@@ -78,7 +78,7 @@ class Order:
     source: str
     output: str
     kind: str
-    methods: tuple[str | None, ...]
+    methods: list[str | None]
     level: int | None
     axis: Any
     by: str | None
@@ -106,6 +106,8 @@ class Order:
         for method in self.methods:
             if method is not None:
                 method_settings(method)
+        if self.kind == "levels" and self.level is None and len(self.methods) > 1:
+            raise InputError("--kind levels draws six levels of one tree; add --level to draw one level of several")
         library()
 
     @property
@@ -123,17 +125,15 @@ class Order:
 def write(order: Order) -> str:
     """Write the drawing of an order; return what was written, in words."""
     opened = open_lines(order.source, order.skip_invalid, order.format, order.option)
-    first, *others = order.methods
+    trees, methods = dict[str, TreeData](), order.methods
     if isinstance(opened.tree, TreeData):
-        why = f"{order.source} is a tree already; --against draws others beside it"
-        refuse_given({"--method": first}, why)
-    trees = dict[str, TreeData]()
-    for method in (first, *others):
-        is_first = not trees
-        tree = opened.tree if is_first and isinstance(opened.tree, TreeData) else None
-        tree = tree or build(opened.geometry, method, progress=show_progress())
-        if tree.method in trees:
-            raise InputError(f"{tree.method} is drawn already; name other trees with --against")
+        first, *methods = order.methods
+        refuse_given({"--method": first}, f"{order.source} is a tree already; --against draws others beside it")
+        trees[opened.tree.method] = opened.tree
+    for method in methods:
+        if (method or "best") in trees:
+            raise InputError(f"{method} is drawn already; name other trees with --against")
+        tree = build(opened.geometry, method, progress=show_progress())
         trees[tree.method] = tree
     write_drawing(order.output, figure_of(order, opened.name, trees))
     return f"{order.output}: {order.kind} of {', '.join(trees)} over {opened.geometry.count_text()}"
@@ -145,8 +145,6 @@ def figure_of(order: Order, name: str, trees: Mapping[str, TreeData]) -> Figure:
     if order.kind == "sheet":
         return drawing.draw_sheet(trees, title=name, axis=order.axis, progress=show_progress())
     if order.kind == "levels" and order.level is None:
-        if len(trees) > 1:
-            raise InputError("--kind levels draws six levels of one tree; add --level to draw one level of several")
         return drawing.draw_level_sheet(next(iter(trees.values())), axis=order.axis)
     if how.is_joint:
         figure = new_figure(how.width, how.height)

@@ -103,7 +103,9 @@ def _notes(outline: Outline, by: str, narrow: npt.NDArray[np.bool_], n_levels: i
     counts = [counted(int(which.sum()), nouns) for nouns, which in kinds.items() if which.any()]
     notes += [f"pale: {' and '.join(counts)}, each narrower than 1/{COLUMNS}"] if counts else []
     hidden = len(outline.levels) - n_levels
-    return [*notes, *([f"{counted(hidden, 'levels')} further down are too narrow to see"] if hidden else [])]
+    if hidden:
+        notes.append(f"{counted(hidden, 'levels')} further down {'is' if hidden == 1 else 'are'} too narrow to see")
+    return notes
 
 
 def starts(outline: Outline, width: Float64Array) -> Float64Array:

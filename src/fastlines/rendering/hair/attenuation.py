@@ -82,5 +82,7 @@ def lobe_shares(energies: list[AnyArray]) -> AnyArray:
     """Return the luminance of each lobe as a share of all lobes' luminance, as an (n, 4) array."""
     first = energies[0] * math.fsum(LUMINANCE)
     weights = np.asarray(LUMINANCE, first.dtype)
-    shares = np.concatenate([first, *(each @ weights[:, None] for each in energies[1:])], axis=1)
+    # A product of matrices would round by the number of rows, which the library of linear algebra chooses its code by.
+    others = [(each * weights).sum(axis=1, keepdims=True) for each in energies[1:]]
+    shares = np.concatenate([first, *others], axis=1)
     return np.asarray(shares / shares.sum(axis=1, keepdims=True))
