@@ -13,9 +13,9 @@ from .scenes import Random
 MOST_REFS = 3000
 
 
-def _splits(rng: Random, boxes: str) -> tuple[Any, ...]:
-    """Return one to three sets of candidate splits."""
-    n_planes = int(rng.choice([1, 2, 4, 8, 16, 300]))
+def _splits(rng: Random, boxes: str, looks_ahead: bool) -> tuple[Any, ...]:
+    """Return one to three sets of candidate splits; few planes for a search of several levels, which takes long."""
+    n_planes = int(rng.choice([1, 2, 4, 8] if looks_ahead else [1, 2, 4, 8, 16, 300]))
     kinds: list[Any] = [
         fl.PlaneGrid(n_planes),
         fl.BinnedPlanes(n_planes),
@@ -51,9 +51,10 @@ def random_build(rng: Random, are_lines: bool, n_rows: int) -> dict[str, Any]:
     else:
         boxes = str(rng.choice(["tight", "tight", "cut"]))
         is_kd = boxes == "cut"
-        given |= {"boxes": boxes, "splits": _splits(rng, boxes)}
+        looks_ahead = rng.random() < 0.2
+        given |= {"boxes": boxes, "splits": _splits(rng, boxes, looks_ahead)}
         given["cost"] = fl.Cost(float(rng.choice([1e-3, 0.01, 0.3, 2.0])))
-        if rng.random() < 0.2:
+        if looks_ahead:
             given["lookahead"] = ((0,), (1, 2), (2,), (1, 2, 3))[int(rng.integers(4))] if n_rows < 50 else (1, 2)
             limits["max_refs"] = min(most, 600) if n_rows < 300 else most
         for name, values in (
