@@ -7,6 +7,7 @@ import pickle
 import runpy
 import warnings
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -144,6 +145,14 @@ def test_shrinking_leaves_what_is_needed():
     small = shrink(case.alone(question), lambda smaller: smaller.n_prims >= min(2, case.n_prims))
     assert (small.n_prims, small.build, small.steps) == (min(2, case.n_prims), {}, ())
     assert (small.questions[0].kernel, small.questions[0].n_threads) == ("auto", 1)
+
+
+def test_what_is_ignored_has_the_new_numbers():
+    case = next(case for case in map(partial(draw_case, 5), range(9)) if case.n_prims > 9 and case.questions)
+    rows = {**case.questions[0].rows, "ignore": np.array([[2, -1], [7, 5]])}
+    few = case.alone(replace(case.questions[0], rows=rows)).some(np.array([5, 7, 8]))
+    assert few.n_prims == 3
+    assert few.questions[0].rows["ignore"].tolist() == [[-1, -1], [1, 0]]
 
 
 def rays(rng, n=60):

@@ -73,7 +73,28 @@ class Case:
         return replace(self, questions=(question,))
 
     def some(self, keep: Array) -> Case:
-        """Return the case over some of the primitives, which are numbered over all parts."""
+        """Return the case over some of the primitives, which are numbered over all parts.
+
+        What questions ignore has the new numbers, or is left out with its primitives.
+        """
         first = np.cumsum([0, *map(len, self.parts)])
         kept = [keep[(keep >= a) & (keep < b)] - a for a, b in pairwise(first)]
-        return replace(self, parts=tuple(part.some(rows) for part, rows in zip(self.parts, kept, strict=True)))
+        parts = tuple(part.some(rows) for part, rows in zip(self.parts, kept, strict=True))
+        prims = np.full(self.n_prims + 1, -1)  # the last number is that of −1
+        prims[keep] = np.arange(len(keep))
+        n_strands = sum(int(part.rows["strands"].max(initial=-1)) + 1 for part in parts if "strands" in part.rows)
+
+        def renumbered(given: dict[str, Any]) -> dict[str, Any]:
+            changed = dict(given)
+            if "ignore" in given:
+                changed["ignore"] = prims[given["ignore"]]
+            if "ignore_strands" in given:
+                strands = given["ignore_strands"]
+                changed["ignore_strands"] = np.where(strands < n_strands, strands, -1)
+            return changed
+
+        questions = tuple(
+            replace(question, rows=renumbered(question.rows), options=renumbered(question.options))
+            for question in self.questions
+        )
+        return replace(self, parts=parts, questions=questions)
