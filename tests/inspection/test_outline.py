@@ -76,6 +76,12 @@ def test_of_no_lines_there_is_one_leaf() -> None:
     assert len(outline.prims) == 0
 
 
+@pytest.mark.parametrize("node", ["a", 0.5, None, True])
+def test_what_is_no_number_of_a_node_is_refused(node: object) -> None:
+    with pytest.raises(fl.InputError, match=r"node=.*; expected a number from 0 to 0"):
+        outline_of(fl.build([[[0, 0, 0], [1, 1, 1]]])).path(node)  # type: ignore[arg-type]
+
+
 def test_bad_input_is_refused_in_one_sentence() -> None:
     outline = outline_of(fl.build([[[0, 0, 0], [1, 1, 1]]]))
     with pytest.raises(fl.InputError, match="node=1; expected a number from 0 to 0"):

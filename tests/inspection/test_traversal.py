@@ -76,8 +76,43 @@ def test_pieces_of_curves_and_parts_are_assigned_too() -> None:
         for target in points:
             way = trace_ray(tree, [50, 40, 30], target - [50, 40, 30], 0.3)
             n_hits += len(way.hits)
-            assert way.n_found.sum() >= len(way.hits)  # where two pieces meet, both leaves have the hit
+            assert way.n_found.sum() == len(way.hits)  # also where two pieces meet
     assert n_hits > 20
+
+
+def n_tested(tree: fl.Tree, entered: set[int], node: int, tested: set[int]) -> int:
+    """Count tests as the core's traversal does: it skips primitives that it has tested, but for pieces of lines."""
+    if node not in entered:
+        return 0
+    row = tree.nodes[node]
+    if row["right"]:
+        return sum(n_tested(tree, entered, child, tested) for child in (node + 1, int(row["right"])))
+    refs = tree.refs[int(row["first_ref"]) :][: int(row["n_refs"])]["prim"].tolist()
+    before = len(tested)
+    tested.update(refs)
+    return len(refs) if tree.geometry.has_directions else len(tested) - before
+
+
+@pytest.mark.parametrize("kind", ["triangles", "spheres", "several kinds"])
+@pytest.mark.parametrize("method", ["bvh-d2", "kd-d2"])
+def test_shapes_in_several_leaves_are_tested_and_found_once(kind: str, method: str) -> None:
+    random = np.random.default_rng(3)
+    corners = random.uniform(0, 1, (50, 1, 3)) + random.normal(0, 0.1, (50, 3, 3))
+    spheres = fl.Spheres.from_centres(random.uniform(0, 1, (50, 3)), radius=0.05)
+    parts = [fl.lines(random.uniform(0, 1, (40, 2, 3))).with_radius(0.01), spheres, fl.Triangles(corners)]
+    geometry = {"triangles": parts[2], "spheres": spheres, "several kinds": fl.Geometry(parts)}[kind]
+    tree = fl.build(geometry, method)
+    n_hits, n_refs = 0, 0
+    for ray in zip(*rays(20), strict=True):
+        way, first = trace_ray(tree, *ray), trace_ray(tree, *ray, query="first")
+        assert way.n_found.sum() == len(way.hits) == int(tree.count_hits(*ray))
+        assert way.n_tests == n_tested(tree, set(way.nodes.tolist()), 0, set())
+        assert first.n_tests == n_tested(tree, set(first.nodes.tolist()), 0, set())
+        assert (first.n_found.sum() > 0) == (len(way.hits) > 0)
+        n_hits += len(way.hits)
+        n_refs += int(tree.nodes["n_refs"][way.nodes[way.is_leaf]].sum()) - way.n_tests
+    assert n_hits > 5
+    assert (n_refs > 0) == (kind != "spheres")  # spheres are not cut
 
 
 def test_lines_far_from_the_origin_are_entered_where_they_are() -> None:
@@ -102,3 +137,9 @@ def test_bad_rays_are_refused() -> None:
         trace_ray(tree, [0, 0, 0], [0, 0, 0], 0.1)
     with pytest.raises(fl.InputError, match="query"):
         trace_ray(tree, [0, 0, 0], [0, 0, 1], 0.1, query="last")  # type: ignore[arg-type]
+    with pytest.raises(fl.InputError, match="origin: a str cannot be read"):
+        trace_ray(tree, "foo", [0, 0, 1], 0.1)
+    with pytest.raises(fl.InputError, match=r"origin has shape \(2, 3\); expected three numbers"):
+        trace_ray(tree, [[0, 0, 0]] * 2, [[0, 0, 1]] * 2, 0.1)
+    with pytest.raises(fl.InputError, match="tree is int; expected a Tree"):
+        trace_ray(5, [0, 0, 0], [0, 0, 1], 0.1)  # type: ignore[arg-type]

@@ -58,7 +58,7 @@ def test_values_at_ends_are_interpolated_and_nan_is_grey() -> None:
     assert (colors[0, 1] == colors[1, 0]).all()  # the same point
     assert (colors[0, 0] != colors[0, 1]).any()
     assert colors[2, 1].tolist() == pytest.approx([0.3] * 3)
-    assert legend.notes[-1] == "grey: 1 without a value (NaN)"
+    assert legend.notes[-1] == "grey: 1 segment shown without a value (NaN)"
     assert legend.title == "fa per point"
 
 
@@ -81,7 +81,7 @@ def test_a_part_without_the_attribute_is_grey() -> None:
     colors, legend, strokes = colored("attribute:kind", both)
     assert colors[strokes.prims == 0] == pytest.approx(0.3)
     assert len(np.unique(colors[strokes.prims > 0], axis=0)) > 0
-    assert "grey: 3" in legend.notes[-1]
+    assert legend.notes[-1] == "grey: 1 primitive shown without a value (NaN)"  # drawn by three strokes
 
 
 def test_corners_of_triangles_have_values_of_their_own() -> None:
@@ -136,3 +136,8 @@ def test_names_from_files_are_escaped() -> None:
 def test_the_page_shows_the_colours_of_the_legend() -> None:
     colors = np.random.default_rng(0).uniform(0.1, 0.6, (100, 3))
     assert shown_for(light_for(colors)) == pytest.approx(colors, abs=0.03)
+
+
+def test_primitives_without_a_value_are_counted_not_their_strokes() -> None:
+    spheres = fl.Spheres.from_centres([[0, 0, 0], [1, 0, 0], [2, 0, 0]], radius=0.1, attributes={"v": [1, np.nan, 2]})
+    assert colored("attribute:v", spheres)[1].notes[-1] == "grey: 1 sphere shown without a value (NaN)"

@@ -7,7 +7,17 @@ import pytest
 
 import fastlines as fl
 from fastlines.inspection import outline_of, trace_ray
-from fastlines.viewer.shot import Ray, hit_table, hits_text, ray_ends, read_vector, step_text, vector_text, work_table
+from fastlines.viewer.shot import (
+    Ray,
+    hit_table,
+    hits_text,
+    ray_ends,
+    read_radius,
+    read_vector,
+    step_text,
+    vector_text,
+    work_table,
+)
 
 TREE = fl.build(fl.scenes.make("spaghetti", 300).lines, "bvh-d2")
 RAY = ([0.5, 0.5, -1.0], [0.0, 0.0, 1.0])
@@ -27,7 +37,25 @@ def test_a_text_that_is_not_finite(text: str) -> None:
 
 
 def test_a_text_is_read_as_it_is_written() -> None:
-    assert read_vector(vector_text((1 / 3, -2.0, 1e-9)), "x") == pytest.approx((1 / 3, -2.0, 1e-9), rel=1e-8)
+    for vector in ((1 / 3, -2.0, 1e-9), (4500000.123456, 1e30, -0.1)):
+        assert read_vector(vector_text(vector), "x") == vector
+
+
+def test_a_radius_is_read_to_the_last_digit() -> None:
+    assert [read_radius(text) for text in ("0.0005", "2.8184e-3", "0")] == [0.0005, 0.0028184, 0.0]
+    for text in ("", "-1", "nan", "inf", "a"):
+        with pytest.raises(fl.InputError, match="is not a number from 0"):
+            read_radius(text)
+
+
+def test_attributes_with_the_names_of_columns_stand_beside_them() -> None:
+    names = ["t", "prim", "distance", "strand", "hit", "part"]
+    lines = [[[0, 0, 0], [1, 1, 1]], [[0, 0, 8], [1, 1, 9]]]
+    for name in names:
+        tree = fl.build(fl.Lines.from_segments(lines, attributes={name: [111.0, 222.0]}))
+        table = hit_table(tree.all_hits([[0.5, 0.5, -5]], [[0, 0, 1]], 0.1))
+        assert list(table.header) == ["hit", "prim", "t", "distance", f"attribute:{name}"]
+        assert table.rows == [["1", "0", "5.5", "0", "111"], ["2", "1", "13.5", "0", "222"]]
 
 
 def test_the_table_lists_the_hits_of_the_api() -> None:

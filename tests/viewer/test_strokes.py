@@ -92,3 +92,11 @@ def test_primitives_of_ones_own_are_shown_as_boxes() -> None:
 
     strokes = strokes_of(fl.build(Ball()).geometry)
     assert np.bincount(strokes.prims).tolist() == [24, 24]
+
+
+def test_all_parts_together_are_thinned() -> None:
+    random = np.random.default_rng(0)
+    parts = [fl.Spheres.from_centres(random.uniform(0, 1, (100, 3)), radius=0.1) for _ in range(4)]
+    strokes = strokes_of(fl.Geometry(parts), 1000)  # 48 strokes each
+    assert len(strokes.ends) <= 1000
+    assert strokes.caption == "20 of 400 primitives are shown; queries use all"

@@ -159,6 +159,7 @@ def test_a_ray_with_too_many_hits_is_refused_on_the_page(viewer: Viewer, monkeyp
     viewer.shoot([0.5, 0.5, -1], [0, 0, 1], 0.1, query="all")
     viewer.wait()
     assert "follows at most 10: lower the radius" in viewer._panel.note.content
+    assert viewer._panel.way.content == '<div class="fl"></div>'  # not the hits of another radius
     viewer.shoot([0.5, 0.5, -1], [0, 0, 1], 0.001)
     viewer.wait()
     assert viewer._panel.note.content == ""
@@ -187,6 +188,49 @@ def test_a_click_is_a_ray_of_the_tree_under_it(viewer: Viewer) -> None:
             assert ray.origin == pytest.approx(given.tolist(), abs=1e-5)
     finally:
         viewer.choices.side = 0
+
+
+def test_a_click_hits_the_line_under_it_far_from_the_origin() -> None:
+    pytest.importorskip("viser")
+    random = np.random.default_rng(0)
+    starts = random.uniform(0, 100, (200, 1, 3))
+    segments = np.concatenate([starts, starts + random.normal(0, 3, (200, 1, 3))], axis=1)
+    tree = fl.build(fl.lines(segments + np.array([4.5e6, 5.1e5, 300.0]), offset="auto"))
+    eye = np.array([3.0, -20, 9])
+    with fl.view(tree, radius=0.001) as viewer:
+        frame = viewer._drawing.stage.frame
+        for i in range(20):
+            target = frame.to_page(tree.geometry.segments[i].astype(np.float64).mean(axis=0))
+            ray = viewer._drawing.ray_of_click(eye, target - eye)[1]
+            assert i in tree.all_hits([ray.origin], [ray.direction], 0.001).prim
+
+
+def test_what_is_left_out_of_the_way_is_said(viewer: Viewer, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("fastlines.viewer.pane.MAX_VISITED", 5)
+    monkeypatch.setattr("fastlines.viewer.pane.MAX_POINTS", 3)
+    viewer.shoot([0.5, 0.5, -1], [0, 0, 1], 0.1, query="all")
+    viewer.wait()
+    way = trace_ray(TREE, [0.5, 0.5, -1], [0, 0, 1], 0.1)
+    shown = viewer._panel.way.content
+    assert f"the last 5 of {len(way.nodes)} boxes are shown" in shown
+    assert f"the first 3 of {len(way.hits)} hits are shown" in shown
+
+
+def test_a_ray_that_is_refused_changes_nothing(viewer: Viewer) -> None:
+    viewer.shoot([0.5, 0.5, -1], [0, 0, 1], 0.02, query="all")
+    before = viewer.choices.ray
+    with pytest.raises(fl.InputError, match="query='x'"):
+        viewer.shoot([9, 9, 9], [0, 0, 1], 0.5, query="x")  # type: ignore[arg-type]
+    assert (viewer.choices.ray, viewer.choices.radius, viewer.choices.query) == (before, 0.02, "all")
+
+
+def test_a_closed_viewer_says_so() -> None:
+    pytest.importorskip("viser")
+    viewer = fl.view(TREE)
+    viewer.close()
+    for call in (lambda: viewer.shoot([0, 0, 0], [0, 0, 1]), lambda: viewer.pick(0), viewer.wait):
+        with pytest.raises(fl.InputError, match=r"this viewer is closed; fl\.view makes another one"):
+            call()
 
 
 def test_a_click_beside_all_lines_picks_nothing(viewer: Viewer) -> None:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from typer import Option
 
+from ..arrays import choice
 from ..errors import InputError
 from .files import note, open_lines, show_progress
 from .options import FormatName, FormatOptions, Input, OwnRadius, Skip, finite, refuse_given
@@ -40,6 +41,11 @@ def view(
         float | None,
         Option("--radius", "-r", callback=finite, help="How near rays must come, in the unit of the coordinates."),
     ] = None,
+    lines: Annotated[
+        str,
+        Option(metavar="WHICH", help="Show all lines first, those tested by the ray, its hits, or none."),
+    ] = "all",
+    both: Annotated[bool, Option("--both", help="Show the tree of --against beside the first one.")] = False,
     port: Annotated[
         int | None,
         Option(min=1, max=65535, help="Serve on this port; by default on the first free one from 8080 on."),
@@ -71,10 +77,11 @@ def view(
 
     [cyan]fastlines view hair.flt --level 6 --export hair.html[/]
 
-    [cyan]fastlines view scene:spaghetti --origin 0.5,0.5,-1 --direction 0,0,1 --radius 0.02[/]
+    [cyan]fastlines view scene:spaghetti --origin 0.5,0.5,-1 --direction 0,0,1 --radius 0.02 --lines tested[/]
     """
     from ..builder import build
     from ..tree import Tree
+    from ..viewer.choices import SHOWN
     from ..viewer.export import check_page_path, write_page
     from ..viewer.server import PORTS, free_port, viser
     from ..viewer.shot import make_ray, read_vector
@@ -83,6 +90,9 @@ def view(
 
     # Check what is cheap to check before the work.
     viser()
+    choice("--lines", lines, SHOWN)
+    if both and against is None:
+        raise InputError("--both shows two trees; name the second one with --against")
     if (origin is None) != (direction is None):
         raise InputError("--origin and --direction belong together; give both of them")
     if export is not None:
@@ -98,6 +108,7 @@ def view(
         tree = build(opened.geometry, method, progress=show_progress())
     panes = make_panes(tree, against)
     choices = first_choices(panes, color, level, radius)
+    choices.lines, choices.side = SHOWN[lines], 2 if both else 0
     if origin is not None and direction is not None:
         start, along = read_vector(origin, "--origin"), read_vector(direction, "--direction")
         choices.ray = make_ray(tree, start, along, choices.radius)

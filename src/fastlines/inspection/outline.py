@@ -13,6 +13,7 @@ from ..geometry.hit_places import Float64Array
 from ..settings.settings import COST, Cost
 from ..structure.tree_data import TreeData
 from ..support.computed_once import computed_once
+from ..support.ranges import ranges
 from ..support.texts import counted
 from ..theory.node import Node
 from ..theory.primitive import Box
@@ -172,9 +173,9 @@ class Outline:
         InputError
             If there is no such node.
         """
-        if not 0 <= node < self.n_nodes:
+        if isinstance(node, bool) or not isinstance(node, int | np.integer) or not 0 <= node < self.n_nodes:
             raise InputError(f"node={node!r}; expected a number from 0 to {self.n_nodes - 1:,}")
-        path = [node]
+        path = [int(node)]
         while path[-1] > 0:
             path.append(int(self.parent[path[-1]]))
         return np.array(path[::-1])
@@ -183,6 +184,15 @@ class Outline:
         """Return the slice of the references at or below a node: ``outline.prims[outline.refs_of(3)]``."""
         first = int(self.first_ref[node])
         return slice(first, first + int(self.n_refs[node]))
+
+    def refs_of_leaves(self, leaves: IntArray) -> IntArray:
+        """Return the references of some leaves, one leaf after another, (n,) int64."""
+        return ranges(self.first_ref[leaves], self.n_refs[leaves])
+
+    @computed_once
+    def is_whole(self) -> npt.NDArray[np.bool_]:
+        """Whether each reference covers all of its primitive, (n_refs,) bool."""
+        return np.asarray((self.spans[:, 0] == 0) & np.isinf(self.spans[:, 1]))
 
 
 def outline_of(tree: TreeData | Node, model: Cost | None = None) -> Outline:

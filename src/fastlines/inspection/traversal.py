@@ -2,7 +2,8 @@
 
 It is the traversal of ``kernel="binary"`` (cpp/fastlines/query/binary_traversal.hpp): depth first, the nearer child
 first. The first hit so far limits the ray, so nodes that the ray enters behind it are skipped. For all hits there is no
-limit. A node is entered if the ray hits its box, grown by the radius of the query and the largest own radius.
+limit. A node is entered if the ray hits its box, grown by the radius of the query and the largest own radius. A
+primitive that is whole in several leaves, as triangles are, is tested in the first of them only.
 
 Hits are those of `Tree.all_hits`; here they are only assigned to the leaves that hold them. The core grows boxes by a
 bound on its rounding too. So a ray that misses a box by less than 2⁻¹⁹ of the scene's size may enter a node more there.
@@ -17,12 +18,16 @@ import numpy as np
 import numpy.typing as npt
 
 from ..arrays import IntArray, choice
+from ..errors import InputError
 from ..geometry.hit_places import Float64Array
 from ..query.hits import AllHits
+from ..support.ranges import is_first
 from ..support.texts import counted
 from ..tree import Tree
+from .found_hits import found_hits
+from .one_ray import check_ray
 from .outline import Outline, outline_of
-from .slabs import enter
+from .visits import visits
 
 #: The queries whose traversals can be followed.
 QUERIES = ("first", "all")
@@ -41,7 +46,8 @@ class Traversal:
     is_leaf : (k,) bool
         Which of them are leaves, whose references are tested.
     n_found : (k,) int64
-        How many hits are in each leaf. With ``query="first"``, how many are nearer than the nearest before.
+        How many hits each leaf finds; their sum is the number of hits. With ``query="first"``, how many are nearer than
+        the nearest before.
     n_steps, n_tests : int
         How many inner nodes were entered, and how many references tested.
     cost : float
@@ -90,7 +96,7 @@ def trace_ray(
     Raises
     ------
     InputError
-        For rays and a radius that `Tree.all_hits` refuses.
+        If `tree` is no Tree, or for a ray and a radius that `Tree.all_hits` refuses.
 
     Examples
     --------
@@ -102,82 +108,34 @@ def trace_ray(
     >>> trace_ray(tree, [0.5, 0.5, -5], [0, 0, 1], 0.1).nodes
     array([0, 1, 2])
     """
+    if not isinstance(tree, Tree):
+        raise InputError(f"tree is {type(tree).__name__}; expected a Tree, as fl.build makes it")
     choice("query", query, QUERIES)
+    start, along = check_ray(origin, direction)
     outline = outline_of(tree) if outline is None else outline
-    ray = np.asarray(origin, np.float64).reshape(1, -1), np.asarray(direction, np.float64).reshape(1, -1)
-    hits = tree.all_hits(*ray, radius)
+    hits = tree.all_hits(start[None], along[None], radius)
     grow = (radius or 0.0) + tree.geometry.radius_beyond
-    entered = _entered(outline, ray[0][0] - np.array(tree.geometry.offset), ray[1][0], grow)
+    nodes, at = visits(outline, start - np.array(tree.geometry.offset), along, grow)
     if tree.n_prims == 0:
-        entered = {}
-    nodes, n_found = _descend(outline, entered, _hits_of_leaves(tree, outline, hits, entered), query == "first")
+        nodes, at = nodes[:0], at[:0]
+    found = found_hits(tree, outline, hits, nodes)
+    counts = found.is_first
+    if query == "first":
+        limit = found.limits(at)
+        counts = found.t < limit[found.place]
+        hits = tree.next_hits(start[None], along[None], radius, 1) if len(hits) else hits
+    n_found = np.bincount(found.place[counts], minlength=len(nodes))
+    if query == "first":
+        entered = at <= limit
+        nodes, at, n_found = nodes[entered], at[entered], n_found[entered]
     is_leaf = outline.is_leaf[nodes]
-    n_tests = int(outline.n_refs[nodes[is_leaf]].sum())
-    n_steps = int((~is_leaf).sum())
+    n_tests, n_steps = _n_tests(outline, nodes[is_leaf]), int((~is_leaf).sum())
     cost = outline.model.c_trav * n_steps + outline.model.c_prim * n_tests
-    if query == "first" and len(hits):
-        hits = tree.next_hits(*ray, radius, 1)
-    at = np.array([entered[node] for node in nodes.tolist()])
     return Traversal(nodes, at, is_leaf, n_found, n_steps, n_tests, cost, hits)
 
 
-def _entered(outline: Outline, origin: Float64Array, direction: Float64Array, grow: float) -> dict[int, float]:
-    """Return where the ray enters each node whose box it hits, by the number of the node."""
-    entered, level = dict[int, float](), np.zeros(1, np.int64)
-    while len(level):
-        at = enter(outline.boxes[level], origin, direction, grow)
-        hit = np.isfinite(at)
-        entered.update(zip(level[hit].tolist(), at[hit].tolist(), strict=True))
-        inner = level[hit & ~outline.is_leaf[level]]
-        level = np.concatenate([inner + 1, outline.right[inner]])
-    return entered
-
-
-def _hits_of_leaves(tree: Tree, outline: Outline, hits: AllHits, entered: dict[int, float]) -> dict[int, list[float]]:
-    """Return the t of the hits that are on the pieces of each leaf entered."""
-    leaves = np.array([node for node in entered if outline.is_leaf[node]], np.int64)
-    if not len(hits) or not len(leaves):
-        return {}
-    counts = outline.n_refs[leaves]
-    owner = np.repeat(leaves, counts)
-    refs = np.concatenate([np.arange(*outline.refs_of(leaf).indices(len(outline.prims))[:2]) for leaf in leaves])
-    rows, (s0, s1) = outline.prims[refs], outline.spans[refs].T
-    is_last = np.isinf(s1)
-    # Rows of the core are pieces of curves; hits are on the curves.
-    prim, u0 = tree.geometry.parameter(rows, s0.astype(np.float32))
-    _, u1 = tree.geometry.parameter(rows, np.where(is_last, 1.0, s1).astype(np.float32))
-    by_prim = np.argsort(prim, kind="stable")
-    wanted = tree.geometry.number(hits.part, hits.prim)
-    begin, end = (np.searchsorted(prim[by_prim], wanted, side) for side in ("left", "right"))
-    found = dict[int, list[float]]()
-    for t, u, first, last in zip(hits.t.tolist(), hits.u.tolist(), begin.tolist(), end.tolist(), strict=True):
-        of_prim = by_prim[first:last]
-        low, high = np.minimum(u0[of_prim], u1[of_prim]), np.maximum(u0[of_prim], u1[of_prim])
-        on_piece = of_prim[(low <= u) & ((u < high) | (is_last[of_prim] & (u <= high)))]
-        for leaf in dict.fromkeys(owner[on_piece].tolist()):
-            found.setdefault(leaf, []).append(t)
-    return found
-
-
-def _descend(
-    outline: Outline, entered: dict[int, float], found: dict[int, list[float]], is_first: bool
-) -> tuple[IntArray, IntArray]:
-    """Return the nodes in the order in which the ray enters them, and how many hits it finds in each."""
-    nodes, n_found, limit = list[int](), list[int](), np.inf
-    waiting = [0] if 0 in entered else []
-    while waiting:
-        node = waiting.pop()
-        if not entered[node] <= limit:
-            continue
-        nodes.append(node)
-        n_found.append(0)
-        if outline.is_leaf[node]:
-            nearer = [t for t in found.get(node, []) if t < limit]
-            n_found[-1] = len(nearer)
-            if is_first and nearer:
-                limit = min(nearer)
-            continue
-        # The nearer child is next; of two that are equally near, the left one.
-        children = [child for child in (int(outline.right[node]), node + 1) if child in entered]
-        waiting += sorted(children, key=lambda child: entered[child], reverse=True)
-    return np.array(nodes, np.int64), np.array(n_found, np.int64)
+def _n_tests(outline: Outline, leaves: IntArray) -> int:
+    """Return how many references of leaves are tested: each piece, and each whole primitive once."""
+    refs = outline.refs_of_leaves(leaves)
+    whole = refs[outline.is_whole[refs]]
+    return len(refs) - len(whole) + int(is_first(outline.prims[whole]).sum())

@@ -17,6 +17,8 @@ CLICKS = (SHOOT, PICK, TURN)
 #: Which lines are shown.
 ALL, TESTED, HITS, NONE = "all", "those that the ray tests", "those that it hits", "none"
 LINES = (ALL, TESTED, HITS, NONE)
+#: The same, by the words of the command line.
+SHOWN = {"all": ALL, "tested": TESTED, "hits": HITS, "none": NONE}
 #: The step after which the whole way of a ray is shown.
 ALL_STEPS = 2**31
 #: The cut planes that hide nothing, as fractions of the box.

@@ -118,10 +118,12 @@ class Drawing:
         return heading(about) + path_table(pane.outline, chosen[1]).html()
 
     def shoot(self) -> int:
-        """Follow the ray through all trees; return the most nodes that one visits."""
+        """Follow the ray through all trees; return the most nodes that one of those shown visits."""
+        for pane in self.panes:
+            pane.way = None
         for pane in self.panes:
             pane.shoot(self.choices)
-        return max((len(pane.way.nodes) for pane in self.panes if pane.way is not None), default=0)
+        return max((len(pane.way.nodes) for pane in self.shown if pane.way is not None), default=0)
 
     @property
     def has_way(self) -> bool:
@@ -131,22 +133,24 @@ class Drawing:
     def way(self) -> str:
         """Draw the ray and its way; return what it costs and what it hits, as HTML."""
         with self.stage.atomic():
-            for pane in self.shown:
-                pane.draw_way(self.stage, self.choices)
+            captions = {pane.name: pane.draw_way(self.stage, self.choices) for pane in self.shown}
         self.stage.flush()
         ways = [(pane, pane.way) for pane in self.panes if pane.way is not None]
         if not ways:
             return ""
         names, traced = [pane.name for pane, _ in ways], [way for _, way in ways]
         steps = [
-            paragraph(f"{pane.name}, {step_text(way, pane.outline, self.choices.step)}")
+            paragraph(
+                "; ".join([f"{pane.name}, {step_text(way, pane.outline, self.choices.step)}", *captions[pane.name]])
+            )
             for pane, way in ways
             if pane in self.shown
         ]
         hits = traced[0].hits
         found = heading(hits_text(hits)) + (hit_table(hits).html() if len(hits) else "")
         work = work_table(names, traced, [pane.outline for pane, _ in ways]).html()
-        return heading("The ray in each tree") + work + "".join(steps) + found
+        turn = paragraph("turn the view to see the ray from its side", "note")
+        return heading("The ray in each tree") + work + "".join(steps) + turn + found
 
     def ray_of_click(self, place: Sequence[float], direction: Sequence[float]) -> tuple[int, Ray]:
         """Return the tree, and the ray in its coordinates, of a ray of the page that somebody has clicked."""
@@ -154,7 +158,7 @@ class Drawing:
         box, along = frame.to_page(frame.box), np.asarray(direction, np.float64)
         origins = [(pane, np.asarray(place, np.float64) - at) for pane, at in self._places()]
         nearest = min(origins, key=lambda each: float(enter(box[None], each[1][None], along, 0.0)[0]))
-        ray = Ray(rounded(frame.to_given(nearest[1])), rounded(along))
+        ray = Ray(rounded(frame.to_given(nearest[1]), frame.size), rounded(along, 1.0))
         return self.panes.index(nearest[0]), ray
 
     def pick(self, place: Sequence[float], direction: Sequence[float], width: float) -> tuple[int, int]:

@@ -16,6 +16,8 @@ from ..inspection.outline import Outline
 from ..rendering.color.legend import ColorBar
 from ..rendering.color.palette import of_directions, of_numbers
 from ..rendering.looks.color import ATTRIBUTE, value_range
+from ..support.distinct import distinct
+from ..support.texts import counted
 from .strokes import Strokes
 from .tree_values import TREE_VALUES, tree_values
 
@@ -101,8 +103,8 @@ def line_colors(name: str, strokes: Strokes, geometry: AnyGeometry, outline: Out
     low, high = limits or ((float(known.min()), float(known.max())) if len(known) else (0.0, 1.0))
     bar = ColorBar(title, low, high, MAP)
     notes = ["values beyond the outer hundredths have the colours of the ends"] * (limits is not None)
-    if n_missing := int(np.isnan(values).any(axis=1).sum()):
-        notes.append(f"grey: {n_missing:,} without a value (NaN)")
+    if n_missing := len(distinct(strokes.prims[np.isnan(values).any(axis=1)])):
+        notes.append(f"grey: {counted(n_missing, strokes.noun)} shown without a value (NaN)")
     return bar.colors(values), LineLegend(title, bar, tuple(notes))
 
 

@@ -16,7 +16,7 @@ from ..tree import Tree
 from .choices import ALL, NONE, TESTED, Choices
 from .line_colors import LineLegend, line_colors
 from .node_boxes import box_edges, level_boxes, split_planes
-from .node_path import reference_strokes
+from .node_path import MAX_REFS, reference_strokes
 from .shot import MAX_HITS, MAX_POINTS, MAX_VISITED, ray_ends
 from .stage import Stage
 from .strokes import Strokes, strokes_of, strokes_of_prims
@@ -97,7 +97,8 @@ class Pane:
         strokes = self.strokes(stage, choices)
         colors, legend = line_colors(choices.color, strokes, self.tree.geometry, self.outline)
         shown = len(strokes.ends) if choices.lines == ALL or self.way is None else 0
-        ends, light = strokes.ends[:shown], choices.brightness * colors[:shown]
+        bright = choices.brightness if self.way is None else BEHIND * choices.brightness
+        ends, light = strokes.ends[:shown], bright * colors[:shown]
         stage.strokes(f"{self.group}/lines", ends, light, choices.width)
         return strokes.caption, legend
 
@@ -133,12 +134,12 @@ class Pane:
         stage.strokes(f"{self.group}/path", edges, np.repeat(faint[: len(path)], 12, axis=0), THICK)
         stage.strokes(f"{self.group}/refs", refs, REFS, PICKED)
 
-    def draw_way(self, stage: Stage, choices: Choices) -> None:
-        """Draw the ray, the boxes that it enters up to a step, and its hits."""
+    def draw_way(self, stage: Stage, choices: Choices) -> list[str]:
+        """Draw the ray, the boxes that it enters up to a step, and its hits; return what is left out."""
         way, ray, group = self.way, choices.ray, f"{self.group}/way"
         if way is None or ray is None:
             stage.hide(group)
-            return
+            return []
         offset = stage.frame.offset
         grown = stage.frame.box + offset + np.array([[-choices.radius], [choices.radius]])
         stops = choices.query == "first" and len(way.hits) > 0
@@ -147,15 +148,22 @@ class Pane:
         points = way.hits.points()[:MAX_POINTS] - offset
         stage.points(f"{group}/hits", points, HIT)
         geometry = self.tree.geometry
-        prims = distinct(geometry.number(way.hits.part, way.hits.prim))[:MAX_POINTS]
-        hit = strokes_of_prims(geometry, prims) if choices.lines != NONE else np.empty((0, 2, 3))
+        prims = distinct(geometry.number(way.hits.part, way.hits.prim))
+        hit = strokes_of_prims(geometry, prims[:MAX_POINTS]) if choices.lines != NONE else np.empty((0, 2, 3))
         stage.strokes(f"{group}/hit", hit, HIT, PICKED)
         leaves = way.nodes[way.is_leaf] if choices.lines == TESTED else way.nodes[:0]
         stage.strokes(f"{group}/tested", reference_strokes(geometry, self.outline, leaves), TEST, choices.width)
-        self._draw_visited(stage, way, choices.step, group)
+        n_boxes = self._draw_visited(stage, way, choices.step, group)
+        n_tested = int(self.outline.n_refs[leaves].sum())
+        return [
+            *left_out("the last", MAX_VISITED, n_boxes, "boxes"),
+            *left_out("the first", MAX_POINTS, len(way.hits), "hits"),
+            *(left_out("the first", MAX_POINTS, len(prims), "lines hit") if choices.lines != NONE else ()),
+            *left_out("evenly spaced", MAX_REFS, n_tested, "references tested"),
+        ]
 
-    def _draw_visited(self, stage: Stage, way: Traversal, step: int, group: str) -> None:
-        """Draw the boxes of visited nodes, by their order, leaves thick; the one of the step is white and numbered."""
+    def _draw_visited(self, stage: Stage, way: Traversal, step: int, group: str) -> int:
+        """Draw the boxes of visited nodes by their order, leaves thick, the one of the step white; return how many."""
         n = min(step, len(way.nodes))
         first = max(0, n - MAX_VISITED)
         nodes, leaf = way.nodes[first:n], way.is_leaf[first:n]
@@ -169,3 +177,15 @@ class Pane:
         stage.hide(f"{group}/number")
         if len(now):
             stage.label(f"{group}/number", str(n), self.outline.boxes[int(now[0]), 1])
+        return n
+
+
+def left_out(which: str, most: int, n: int, noun: str) -> list[str]:
+    """Return a text that says how many of something are shown, if not all are.
+
+    Examples
+    --------
+    >>> left_out("the last", 2000, 286175, "boxes"), left_out("the last", 2000, 7, "boxes")
+    (['the last 2,000 of 286,175 boxes are shown'], [])
+    """
+    return [f"{which} {most:,} of {n:,} {noun} are shown"] if n > most else []

@@ -12,10 +12,12 @@ import numpy.typing as npt
 from ..camera import Vector
 from ..errors import InputError
 from ..geometry.hit_places import Float64Array
+from ..inspection.one_ray import check_ray
 from ..inspection.outline import Outline
 from ..inspection.slabs import enter
 from ..inspection.traversal import Traversal
 from ..query.hits import AllHits
+from ..rendering.looks.color import ATTRIBUTE
 from ..support.texts import counted, number_text
 from ..tree import Tree
 from .line_colors import numeric_attributes
@@ -23,6 +25,8 @@ from .tables import Table
 
 #: The most hits in the table, and the most attributes.
 MAX_LISTED, MAX_ATTRIBUTES = 30, 4
+#: The columns of that table; attributes with these names are told apart.
+COLUMNS = ("hit", "part", "prim", "strand", "t", "distance")
 #: The most hits of a ray that is followed, so that the page answers soon.
 MAX_HITS = 100_000
 #: The most boxes of visited nodes, and the most points of hits, on the page.
@@ -40,42 +44,40 @@ class Ray:
 
 
 def make_ray(tree: Tree, origin: npt.ArrayLike, direction: npt.ArrayLike, radius: float) -> Ray:
-    """Check a ray by asking it, and return it.
+    """Return a ray that queries of a tree take.
 
     Raises
     ------
     InputError
         If `Tree.all_hits` refuses it.
     """
-    given = [np.asarray(values) for values in (origin, direction)]
-    if any(values.shape != (3,) for values in given):
-        raise InputError(f"origin={origin!r}, direction={direction!r}; expected three numbers each")
-    tree.any_hit(given[0], given[1], radius)
-    (x, y, z), (dx, dy, dz) = (values.astype(np.float64).tolist() for values in given)
+    start, along = check_ray(origin, direction)
+    tree.any_hit(start, along, radius)
+    (x, y, z), (dx, dy, dz) = start.tolist(), along.tolist()
     return Ray((x, y, z), (dx, dy, dz))
 
 
-def rounded(values: Sequence[float] | Float64Array) -> Vector:
-    """Return three numbers in six digits, so that the ray that is shown is the one that is asked.
+def rounded(values: Sequence[float] | Float64Array, size: float) -> Vector:
+    """Return three numbers to a millionth of some size, so that the panel shows short ones.
 
     Examples
     --------
-    >>> rounded([1 / 3, 2.0, -1e-9])
-    (0.333333, 2.0, -1e-09)
+    >>> rounded([1 / 3, 4500000.1234567, -1e-9], 1.0)
+    (0.333333, 4500000.123457, -0.0)
     """
-    x, y, z = (float(f"{value:.6g}") for value in values)
+    x, y, z = (round(float(value), 6 - math.floor(math.log10(size))) for value in values)
     return x, y, z
 
 
 def vector_text(values: Sequence[float]) -> str:
-    """Return three numbers as a text that `read_vector` reads.
+    """Return three numbers as a text that `read_vector` reads back to the bit.
 
     Examples
     --------
     >>> vector_text((0.5, 2.0, -1e-09))
     '0.5, 2, -1e-09'
     """
-    return ", ".join(f"{value:.9g}" for value in values)
+    return ", ".join(repr(float(value)).removesuffix(".0") for value in values)
 
 
 def read_vector(text: str, name: str) -> Vector:
@@ -100,6 +102,33 @@ def read_vector(text: str, name: str) -> Vector:
     return x, y, z
 
 
+def radius_text(radius: float) -> str:
+    """Return a radius as a text that `read_radius` reads."""
+    return repr(float(radius)).removesuffix(".0")
+
+
+def read_radius(text: str) -> float:
+    """Read a radius, to the last digit.
+
+    Raises
+    ------
+    InputError
+        If the text is no number from 0.
+
+    Examples
+    --------
+    >>> read_radius("0.0005"), radius_text(0.0005)
+    (0.0005, '0.0005')
+    """
+    try:
+        radius = float(text)
+    except ValueError:
+        radius = math.nan
+    if not 0 <= radius < math.inf:
+        raise InputError(f"radius {text!r} is not a number from 0, such as 0.01")
+    return radius
+
+
 def hit_table(hits: AllHits, most: int = MAX_LISTED) -> Table:
     """Return a row for each hit: its number, prim, strand, t, distance and attributes, as `AllHits` has them.
 
@@ -112,19 +141,22 @@ def hit_table(hits: AllHits, most: int = MAX_LISTED) -> Table:
     """
     geometry = hits.geometry
     n = min(len(hits), most)
-    columns: dict[str, Sequence[str]] = {"hit": [str(i + 1) for i in range(n)]}
+    columns: list[tuple[str, Sequence[str]]] = [("hit", [str(i + 1) for i in range(n)])]
     if hits.part is not None:
-        columns["part"] = [str(part) for part in hits.part[:n]]
-    columns["prim"] = [str(prim) for prim in hits.prim[:n]]
+        columns.append(("part", [str(part) for part in hits.part[:n]]))
+    columns.append(("prim", [str(prim) for prim in hits.prim[:n]]))
     if geometry is not None and geometry.n_strands:
-        columns["strand"] = [str(strand) if strand >= 0 else "–" for strand in hits.strand[:n]]
-    columns["t"] = [f"{t:.6g}" for t in hits.t[:n]]
-    columns["distance"] = [f"{distance:.4g}" for distance in hits.distance[:n]]
+        columns.append(("strand", [str(strand) if strand >= 0 else "–" for strand in hits.strand[:n]]))
+    columns.append(("t", [f"{t:.6g}" for t in hits.t[:n]]))
+    columns.append(("distance", [f"{distance:.4g}" for distance in hits.distance[:n]]))
     names = () if geometry is None or not n else numeric_attributes(geometry)[:MAX_ATTRIBUTES]
     for name in names:
         values = np.asarray(hits.sample(name), np.float64)[:n]
-        columns[name] = ["NaN" if np.isnan(value).all() else _value_text(value) for value in values]
-    return Table(list(columns), [list(row) for row in zip(*columns.values(), strict=True)])
+        texts = ["NaN" if np.isnan(value).all() else _value_text(value) for value in values]
+        columns.append((f"{ATTRIBUTE}{name}" if name in COLUMNS else name, texts))
+    return Table(
+        [name for name, _ in columns], [list(row) for row in zip(*(texts for _, texts in columns), strict=True)]
+    )
 
 
 def _value_text(value: npt.NDArray[np.float64]) -> str:

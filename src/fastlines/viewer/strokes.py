@@ -16,6 +16,8 @@ from .thinning import MAX_SHOWN, thinned_rows
 
 #: The ends, the primitives, the places and the radii of strokes.
 Columns: TypeAlias = tuple[FloatArray, IntArray, FloatArray, FloatArray]
+#: Of each part, so many primitives are shown at least.
+MIN_SHOWN = 1
 #: The chords of each of the three circles that draw a sphere.
 CHORDS = 16
 
@@ -77,6 +79,7 @@ def strokes_of(geometry: AnyGeometry, most: int = MAX_SHOWN, slab: Float64Array 
     (48, 2, 3)
     """
     parts, n_prims = geometry.each_part(), len(geometry)
+    wanted = sum(len(part) * _strokes_each(part) for part in parts)
     columns, n_shown, n_cut, first = [_nothing()], 0, 0, 0
     for part in parts:
         rows = None
@@ -84,8 +87,8 @@ def strokes_of(geometry: AnyGeometry, most: int = MAX_SHOWN, slab: Float64Array 
             middles = axes[0].sum(axis=1, dtype=np.float32) / 2
             rows = distinct(part.owner[_between(middles, slab)])
             n_cut += len(part) - len(rows)
-        share = most if n_prims <= most else max(32, int(most * len(part) / n_prims))
-        chosen = thinned_rows(part, max(1, share // _strokes_each(part)), rows)
+        share = min(1.0, most / max(1, wanted))
+        chosen = thinned_rows(part, max(MIN_SHOWN, int(len(part) * share)), rows)
         ends, of_rows, places, radii = _strokes(part, chosen)
         if slab is not None and rows is None:
             kept = is_among(of_rows, distinct(of_rows[_between(ends.mean(axis=1), slab)]))

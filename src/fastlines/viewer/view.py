@@ -88,6 +88,7 @@ def make_panes(tree: Tree, against: Tree | str | None = None) -> list[Pane]:
     if not len(geometry):
         raise InputError("the tree is over no primitives, so there is nothing to view; expected at least one")
     trees = [tree]
+    tree.layout  # noqa: B018 - the first ray would wait for it
     if isinstance(against, str):
         trees.append(build(geometry, against))
     elif against is not None:
@@ -99,6 +100,8 @@ def make_panes(tree: Tree, against: Tree | str | None = None) -> list[Pane]:
                 "tree over the same lines"
             )
         trees.append(against)
+    for each in trees[1:]:
+        each.layout  # noqa: B018
     names = [each.method for each in trees]
     if len(set(names)) < len(names):
         names = [f"{name} {i}" for i, name in enumerate(names, 1)]

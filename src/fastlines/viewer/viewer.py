@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..arrays import choice
-from ..errors import FastlinesError
+from ..errors import FastlinesError, InputError
 from ..inspection.traversal import QUERIES
 from .choices import PICK, SHOOT, Choices
 from .drawing import Drawing
@@ -89,7 +89,12 @@ class Viewer:
 
     def wait(self) -> None:
         """Wait until everything that has been chosen is drawn."""
+        self._check_open()
         self._worker.wait()
+
+    def _check_open(self) -> None:
+        if not self._is_open:
+            raise InputError("this viewer is closed; fl.view makes another one")
 
     def shoot(
         self,
@@ -114,6 +119,7 @@ class Viewer:
         InputError
             If the ray cannot be asked.
         """
+        self._check_open()
         choices = self.choices
         query = choices.query if query is None else query
         choice("query", query, QUERIES)
@@ -130,8 +136,9 @@ class Viewer:
         InputError
             If there is no such node.
         """
+        self._check_open()
         if node is not None:
-            self._panes[0].outline.path(node)
+            node = int(self._panes[0].outline.path(node)[-1])
         self.choices.node = None if node is None else (0, node)
         self._order("path", None)
 
@@ -145,7 +152,8 @@ class Viewer:
         OSError
             If it cannot be written.
         """
-        self.wait()
+        if self._is_open:
+            self.wait()
         write_page(path, self._panes, self.choices)
 
     # --- What the page orders ---
@@ -194,7 +202,11 @@ class Viewer:
 
     def _follow(self) -> None:
         had_way = self._drawing.has_way
-        self._panel.show_steps(self._drawing.shoot())
+        try:
+            self._panel.show_steps(self._drawing.shoot())
+        except FastlinesError:
+            self._draw_way()  # without the way of another radius
+            raise
         if had_way != self._drawing.has_way:
             # Lines and boxes give way to the ray, and come back without it.
             self._draw_lines()
