@@ -83,7 +83,7 @@ def browser() -> Iterator[object]:
 
 @pytest.fixture
 def viewer() -> Iterator[Viewer]:
-    with fl.view(TREE, against="bvh-cl", level=2, radius=0.02) as made:
+    with fl.view(TREE, against="bvh-cl", level=2, radius=0.004) as made:
         yield made
 
 
@@ -165,7 +165,7 @@ def test_a_ray_that_is_typed(page: Page, viewer: Viewer) -> None:
     page.control("Direction", "textbox").fill("0, 0, 1")
     page.page.wait_for_timeout(300)
     page.page.get_by_text("Shoot this ray").click()
-    hits = TREE.all_hits([[0.5, 0.5, -1]], [[0, 0, 1]], 0.02)
+    hits = TREE.all_hits([[0.5, 0.5, -1]], [[0, 0, 1]], viewer.choices.radius)
     page.expect(f"{len(hits)} hits")
     page.choose("Find", "the first hit")
     page.expect("1 hit")

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 #: How much farther out each box is drawn than those a level below, as a fraction of the root's longest side.
 APART = 0.014
 #: The space around the outermost box, and from the middle of a primitive to its number; fractions of the same.
-MARGIN, BESIDE = 0.03, 0.022
+MARGIN, BESIDE = 0.03, 0.028
 #: How opaque boxes are, and the most primitives that are numbered.
 OPACITY, MAX_NUMBERED = 0.05, 40
 
@@ -140,5 +140,5 @@ def number_prims(axes: Axes, subject: Subject, view: Projection) -> Float64Array
     low, high = view.points(subject.boxes[0])
     beside = middles + BESIDE * float((high - low).max()) * np.array([1, -1])
     for number, (x, y) in enumerate(beside.tolist()):
-        axes.text(x, y, str(number), ha="center", va="center", fontsize="small", color=INK, zorder=4)
+        axes.text(x, y, str(number), ha="center", va="center", fontsize="medium", color=INK, zorder=4)
     return np.concatenate([taken, beside])
