@@ -3,6 +3,7 @@
 import sys
 from importlib.metadata import version as _version
 from pathlib import Path
+from typing import Any
 
 from docutils import nodes
 from sphinx.application import Sphinx
@@ -20,7 +21,9 @@ extensions = [
     "sphinx_copybutton",
     "declared",
     "mathml",
+    "notebook_download",
     "repository",
+    "search_words",
     "site_links",
 ]
 exclude_patterns = ["_build"]
@@ -57,8 +60,9 @@ pygments_dark_style = "github-dark"
 
 
 def setup(app: Sphinx) -> None:
-    """Connect the function below."""
+    """Connect the functions below."""
     app.connect("doctree-read", drop_blank_ends)
+    app.connect("html-page-context", scroll_by_keys)
 
 
 def drop_blank_ends(app: Sphinx, doctree: nodes.document) -> None:
@@ -67,3 +71,9 @@ def drop_blank_ends(app: Sphinx, doctree: nodes.document) -> None:
         if isinstance(text := block.children[0], nodes.Text):
             block.rawsource = block.rawsource.rstrip()
             block.replace(text, nodes.Text(text.rstrip()))
+
+
+def scroll_by_keys(app: Sphinx, pagename: str, template: str, context: dict[str, Any], doctree: object) -> None:
+    """Let the Tab key reach tables, so that the arrow keys scroll those that are wider than the page."""
+    if "body" in context:
+        context["body"] = context["body"].replace('<div class="table-wrapper', '<div tabindex="0" class="table-wrapper')

@@ -41,6 +41,17 @@ def test_links_of_a_site(site: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     ]
 
 
+def test_the_search_finds_pages_by_other_words(monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("sphinx")
+    monkeypatch.syspath_prepend(ROOT / "docs" / "_ext")
+    from search_words import OF_PAGES, words_of
+
+    assert words_of("gallery", "Fibres in the centres of tracts") == ["center", "fiber"]
+    assert words_of("guide", "A needle") == ["tractography", "ROI", "biopsy"]
+    assert words_of("guide", "Tractography: the ROI and the biopsy") == []
+    assert [page for page in OF_PAGES if not (ROOT / "docs" / f"{page}.md").exists()] == []
+
+
 def test_the_site_is_served_until_an_interrupt(site: Path) -> None:
     with socket.create_server(("127.0.0.1", 0)) as taken:
         command = [sys.executable, str(ROOT / ".ci" / "serve"), str(site), str(taken.getsockname()[1])]

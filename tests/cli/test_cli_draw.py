@@ -68,7 +68,7 @@ def test_what_cannot_be_drawn_is_refused_in_a_sentence(options: tuple[str, ...],
 
 
 def test_a_level_with_too_many_letters_is_refused_by_its_option() -> None:
-    error = refused("draw", "scene:spaghetti@300", "-m", "bvh-d2", "--kind", "thesis", "--level", "9", "-o", "x.svg")[1]
+    error = refused("draw", "scene:spaghetti:300", "-m", "bvh-d2", "--kind", "thesis", "--level", "9", "-o", "x.svg")[1]
     assert re.match(r"error: --level 9: bvh-d2 has [\d,]+ nodes up to there, and --kind thesis draws at most 63", error)
 
 

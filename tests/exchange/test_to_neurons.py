@@ -67,6 +67,12 @@ def test_strands_without_ids(navis: Any) -> None:
     assert len(fl.to_neurons(lines[:0])) == 0
 
 
+def test_lines_whose_neuron_is_not_a_number_are_a_neuron_of_their_own(navis: Any) -> None:
+    points = [[[0, 0, 0], [1, 0, 0]], [[0, 5, 0], [1, 5, 0]], [[0, 9, 0], [1, 9, 0]]]
+    lines = fl.Lines.from_segments(points, attributes={"neuron": [0, np.nan, np.nan]})
+    assert [len(neuron.nodes) for neuron in fl.to_neurons(lines)] == [2, 4]
+
+
 def test_what_is_lost(navis: Any) -> None:
     lines = fl.Lines.from_points([[0, 0, 0], [1, 0, 0]], [2], attributes={"fa": [0.5, 1]})
     with pytest.warns(fl.FileWarning, match=r"not kept in the neurons: 'fa'; the unit 'degree'"):

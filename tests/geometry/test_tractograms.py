@@ -179,3 +179,31 @@ def test_a_space_that_is_not_known() -> None:
         fl.lines(given)
     given.space = "lpsmm"
     np.testing.assert_array_equal(fl.lines(given).segments, POINTS[ENDS] * np.float32([-1, -1, 1]))
+
+
+def test_the_voxel_grid_is_kept(tmp_path: Any) -> None:
+    """What is selected of the lines of a StatefulTractogram is written with its grid, as that of its file is."""
+    given = stateful("vox", "corner")
+    for kept in (fl.lines(given), fl.lines(given).select(strands=[0, 2])):
+        grid = kept.metadata["grid"]
+        np.testing.assert_array_equal(grid["voxel_to_rasmm"], AFFINE)
+        np.testing.assert_array_equal(grid["dimensions"], [50, 60, 70])
+        np.testing.assert_array_equal(grid["voxel_sizes"], [1.5, 2.5, 3])
+        assert grid["voxel_order"] == "ARS"
+    with pytest.warns(FileWarning, match=r"that all points lie in the voxel grid \(7 are outside"):
+        fl.write(tmp_path / "a.trk", fl.lines(given))
+    back = fl.read(tmp_path / "a.trk").metadata["grid"]
+    of_nibabel = fl.lines(pytest.importorskip("nibabel.streamlines").load(str(tmp_path / "a.trk"))).metadata["grid"]
+    for name in ("voxel_to_rasmm", "dimensions", "voxel_sizes", "voxel_order"):
+        np.testing.assert_array_equal(back[name], grid[name])
+        np.testing.assert_array_equal(of_nibabel[name], grid[name])
+
+
+def test_a_grid_that_cannot_be_used_is_told() -> None:
+    given = SimpleNamespace(
+        tractogram=tractogram(), streamlines=PARTS, header={"dimensions": [0, 1, 1], "voxel_to_rasmm": np.eye(4)}
+    )
+    with pytest.warns(FileWarning, match="the voxel grid is not kept: a SimpleNamespace: its dimensions are"):
+        assert "grid" not in fl.lines(given).metadata
+    given.header = {}
+    assert "grid" not in fl.lines(given).metadata

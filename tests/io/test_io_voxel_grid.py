@@ -19,7 +19,7 @@ from support.line_files import POINTS, lost_by, trk, trx
 
 import fastlines as fl
 from fastlines.errors import FileFormatError, FileWarning, InputError, MissingExtraError
-from fastlines.io.voxel_grid import VoxelGrid
+from fastlines.geometry.voxel_grid import VoxelGrid
 
 nibabel = pytest.importorskip("nibabel")
 

@@ -115,6 +115,13 @@ def test_a_file_keeps_its_owner_where_that_can_be(tmp_path, monkeypatch):
     assert (path.stat().st_uid, mode_of(path)) == (os.getuid(), 0o755), "nobody's programs run as somebody else"
 
 
+def test_other_hard_links_keep_the_old_content(tmp_path):
+    write(tmp_path / "a", "old")
+    os.link(tmp_path / "a", tmp_path / "b")
+    write(tmp_path / "a")
+    assert ((tmp_path / "a").read_text(), (tmp_path / "b").read_text()) == ("new", "old")
+
+
 # --- What is not a regular file ---
 
 

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import copy
 import csv
+import os
 import pickle
+import signal
 import threading
+import time
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
@@ -75,6 +78,32 @@ def test_a_query_does_not_wait_for_the_layout_of_another_tree(monkeypatch: pytes
         assert small.count_hits(SEGMENTS[:5, 0], [0, 0, 1], 0.1).all()
         may_end.set()
         assert laid_out.result() is large.layout
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="fork")
+@pytest.mark.filterwarnings("ignore:.*fork:DeprecationWarning")
+def test_a_fork_does_not_wait_for_threads_that_it_does_not_have() -> None:
+    slow = Slow("slow", threading.Event(), threading.Event())
+    with ThreadPoolExecutor() as pool:
+        first = pool.submit(lambda: slow.value)
+        assert slow.entered.wait(HANGS)
+        if not (child := os.fork()):
+            slow.may_end.set()
+            os._exit(slow.value != ["slow"])
+        try:
+            for _ in range(100):
+                done, status = os.waitpid(child, os.WNOHANG)
+                if done:
+                    break
+                time.sleep(HANGS / 1e4)
+            else:
+                os.kill(child, signal.SIGKILL)
+                os.waitpid(child, 0)
+                pytest.fail("the fork waits")
+        finally:
+            slow.may_end.set()
+        assert os.waitstatus_to_exitcode(status) == 0
+        assert first.result() == ["slow"]
 
 
 def test_one_property_may_ask_for_another_and_errors_are_not_kept() -> None:

@@ -103,7 +103,8 @@ def test_exception_of_the_callback_ends_the_call(call: str) -> None:
     assert len(seen) == 1
     assert seen[0] < 1
     # And nothing is left of it.
-    assert TREE.count_hits([0, 0, -5], [0, 0, 1], 0.1).shape == ()
+    some = RAYS[0][:200], RAYS[1][:200], 0.01
+    assert TREE.count_hits(*some).tolist() == fl.brute_force(FEW, *some, query="count_hits").tolist()
 
 
 def test_progress_true_shows_a_bar(capfd: pytest.CaptureFixture[str]) -> None:

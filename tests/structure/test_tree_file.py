@@ -201,6 +201,14 @@ def test_lying_metadata_entry(tmp_path: Path, key: str) -> None:
         refused(tmp_path / "a.flt", joined(with_metadata(header, **{key: value}), body))
 
 
+@pytest.mark.parametrize("number", [1, 3, 20])
+def test_another_format_is_named(tmp_path: Path, number: int) -> None:
+    header, body = split(saved(tmp_path / "a.flt")[1])
+    (tmp_path / "a.flt").write_bytes(joined(with_metadata(header, format=f"fastlines tree {number}"), body))
+    with pytest.raises(fl.FileFormatError, match=rf"its format is 'fastlines tree {number}', expected '.* tree 2'"):
+        fl.load(tmp_path / "a.flt", verify=False)
+
+
 @pytest.mark.parametrize("text", SETTINGS, ids=lambda text: text[:150])
 def test_lying_settings(tmp_path: Path, text: str) -> None:
     header, body = split(saved(tmp_path / "a.flt")[1])

@@ -178,7 +178,88 @@ def test_what_is_no_line() -> None:
         InputError, match=r"lines are a Trimesh, a surface of triangles; trimesh queries it itself, by m"
     ):
         RayLines(box)
-    with pytest.raises(InputError, match=r"lines are a Scene of trimesh; expected a path of it, as in scene\.geometry"):
+    with pytest.raises(InputError, match=r"lines are a Scene of trimesh; expected a path: scene\.to_geometry"):
         RayLines(trimesh.Scene([box]))
     with pytest.raises(InputError, match="lines are a tree over Triangles; expected one over lines or curves"):
         RayLines(fl.Triangles(box.triangles))
+    with pytest.raises(InputError, match="lines are a tree over Spheres; expected one over lines or curves"):
+        RayLines(fl.Spheres.from_centres([[0, 0, 0]], 1))
+
+
+def test_no_hit_is_listed_where_none_is_wanted(path: Any) -> None:
+    rays = RayLines(path, 0.5)
+    for multiple_hits in (True, False):
+        assert len(rays.intersects_id(DOWN, [[0, 0, -1]], multiple_hits, max_hits=0)[0]) == 0
+
+
+def test_a_radius_is_given_by_its_name(path: Any) -> None:
+    """By position it would be `multiple_hits`, as in trimesh."""
+    rays = RayLines(path, 0.5)
+    for method in (rays.intersects_location, rays.intersects_id):
+        with pytest.raises(
+            InputError, match=r"multiple_hits=0\.1; expected True or False; a radius is given as radius="
+        ):
+            method(DOWN, [[0, 0, -1]], 0.1)
+    with pytest.raises(InputError, match="return_locations=1; expected True or False"):
+        rays.intersects_id(DOWN, [[0, 0, -1]], True, None, 1)
+    assert len(rays.intersects_id(DOWN, [[0, 0, -1]], np.False_)[0]) == 3
+
+
+@pytest.mark.parametrize("radius", [-0.1, "a", np.nan, np.inf, [0.1, -1], [[0.1]]])
+def test_a_radius_that_is_refused(radius: Any) -> None:
+    with pytest.raises(InputError, match="radius"):
+        RayLines(WIRES, radius)
+
+
+def test_options_that_are_not_there() -> None:
+    rays = RayLines(WIRES, 0.2)
+    with pytest.raises(TypeError, match=r"intersects_first has no option 'tmax' here; did you mean 't_max'"):
+        rays.intersects_first(DOWN, [[0, 0, -1]], tmax=1)
+    with pytest.raises(TypeError, match="intersects_any has no option 'merge' here; known: "):
+        rays.intersects_any(DOWN, [[0, 0, -1]], merge="strand")
+    for more in ({"max_hits": 2}, {"multiple_hits": False}):
+        with pytest.raises(TypeError, match="intersects_id has no option 'merge' here; known: "):
+            rays.intersects_id(DOWN, [[0, 0, -1]], merge="strand", **more)
+    joint = [[2, 0, 9]]
+    assert rays.intersects_id(joint, [[0, 0, -1]])[0].tolist() == [1, 2, 0]
+    assert rays.intersects_id(joint, [[0, 0, -1]], merge="strand")[0].tolist() == [1, 0]
+
+
+def test_a_path_far_from_zero_that_changes(path: Any) -> None:
+    far = np.array([1e8, -2e8, 5e7])
+    path.vertices = path.vertices + far
+    rays = RayLines(path, 0.2, offset="auto")
+    origins = DOWN + far
+    locations, index_ray, index_line = rays.intersects_location(origins, [[0, 0, -1]] * 4)
+    np.testing.assert_array_equal(index_line, [1, 0, 2, 0, 3])
+    np.testing.assert_allclose(locations[:, :2], origins[index_ray, :2], atol=1e-6)
+    height = np.sqrt(0.04 - np.array([0.05, 0.05, 0.1, 0.1, 0.1]) ** 2)
+    np.testing.assert_allclose(locations[:, 2] - far[2], np.array([2, 0, 2, 0, 1]) + height, atol=1e-5)
+    path.apply_translation([0, 0.3, 0])
+    assert rays.intersects_first(origins, [[0, 0, -1]]).tolist() == [-1, -1, -1, -1]
+    assert rays.intersects_first(origins + np.array([0, 0.3, 0]), [[0, 0, -1]]).tolist() == [1, 2, 3, -1]
+
+
+def test_how_lines_are_read(path: Any) -> None:
+    entities = pytest.importorskip("trimesh.path.entities")
+    path.entities = [entities.Arc([0, 2, 4])]
+    counts = [len(RayLines(path, 0.1, tolerance=tolerance).lines) for tolerance in (0.1, None, 1e-6)]
+    assert counts[0] < counts[1] < counts[2]
+    broken = np.array([[[0, 0, 0], [1, 0, 0]], [[np.nan, 0, 0], [1, 0, 0]]])
+    assert len(RayLines(broken, 0.1, invalid="skip").lines) == 1
+    curves = fl.Curves.from_bezier([[[0, 0, 0], [1, 0, 0], [2, 0, 0], [3, 0, 0]]], radius=0.2)
+    for made in (fl.build(WIRES), curves):
+        with pytest.raises(InputError, match="offset= is for lines that are read here, and lines are "):
+            RayLines(made, offset=np.zeros(3))
+
+
+@pytest.mark.parametrize("radius", [50, 1000])
+def test_rays_through_an_arc(radius: float) -> None:
+    """All rays through the arc itself are within 0.1 of its polyline."""
+    made = pytest.importorskip("trimesh.path")
+    entities = pytest.importorskip("trimesh.path.entities")
+    ends = np.array([[radius, 0, 0], [0, radius, 0], [-radius, 0, 0]])
+    rays = RayLines(made.Path3D([entities.Arc([0, 1, 2])], ends, process=False), 0.1)
+    angles = np.random.default_rng(0).random(500) * np.pi
+    through = np.column_stack([radius * np.cos(angles), radius * np.sin(angles), np.full(500, 9.0)])
+    assert rays.intersects_any(through, [[0, 0, -1]]).all()

@@ -57,7 +57,7 @@ def to_neurons(lines: Any) -> Any:
     >>> fl.to_neurons(lines)[0].n_leafs
     2
     """
-    navis, pandas = (optional(library, "neurons of lines", "navis") for library in ("navis", "pandas"))
+    navis, pandas = (optional(library, "a list of neurons", "navis") for library in ("navis", "pandas"))
     straight, lost = to_written(lines, (Lines,), "neurons", "to_neurons({})")
     is_length = straight.unit is not None and meters_of(straight.unit) is not None
     neurons = []
@@ -82,7 +82,8 @@ def _each_neuron(lines: Lines) -> Iterator[Lines]:
         if len(lines):
             yield lines
         return
-    for number in np.unique(numbers):
-        part = lines.select(prims=numbers == number)
+    values, which = np.unique(numbers, return_inverse=True)  # NaN is a value, too
+    for i in range(len(values)):
+        part = lines.select(prims=which == i)
         attributes = {name: values for name, values in part.attributes.items() if name != NEURON}
         yield replace(part, attributes=attributes)

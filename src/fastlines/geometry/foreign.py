@@ -20,7 +20,7 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import INVALID, AnyArray, choice, kind_of, to_integers
+from ..arrays import INVALID, LEAST, AnyArray, choice, kind_of, number, to_integers
 from ..errors import FileWarning, InputError
 from ..support.warn_caller import warn_caller
 from .lines import Lines, as_lines
@@ -35,7 +35,7 @@ from .trimesh_paths import of_path
 from .vtk_objects import of_vtk
 
 
-def lines(obj: Any, *, offset: Any = None, invalid: str = "error") -> Lines:
+def lines(obj: Any, *, offset: Any = None, invalid: str = "error", tolerance: float | None = None) -> Lines:
     """Make lines of an object of another library, of polylines, or of an array of segments.
 
     Parameters
@@ -46,7 +46,8 @@ def lines(obj: Any, *, offset: Any = None, invalid: str = "error") -> Lines:
         - `Lines`, which are returned as they are.
         - A tractogram of nibabel, a ``StatefulTractogram`` of DIPY, or a ``TrxFile`` of trx. Values per point become
           ``end_attributes``, those per streamline ``attributes``. Points become millimetres of the world ("RASMM"), by
-          ``affine_to_rasmm`` or by the space and the origin of a ``StatefulTractogram``, which does not change.
+          ``affine_to_rasmm`` or by the space and the origin of a ``StatefulTractogram``, which does not change. The
+          voxel grid of a ``StatefulTractogram``, or of the header of a file, is kept in ``metadata["grid"]``.
         - An ``ArraySequence`` or ``Streamlines``.
         - A ``TreeNeuron`` of navis, or a ``NeuronList`` or list of them: a strand for each unbranched section, with the
           radius, as from a ``.swc`` file. Both ends have the attributes ``id`` and ``type``, which navis calls
@@ -61,7 +62,8 @@ def lines(obj: Any, *, offset: Any = None, invalid: str = "error") -> Lines:
         - A ``GeoDataFrame`` or ``GeoSeries`` of geopandas: the same. Columns of numbers and texts become
           attributes, and ``frame.iloc[feature]`` is the row.
         - A ``Path3D`` of trimesh: each entity as a polyline, with the ``vertex_attributes`` where all of its points are
-          vertices. z is 0 in a ``Path2D``, with a warning.
+          vertices. Arcs and splines become polylines within the tolerance. z is 0 in a ``Path2D``, with a warning;
+          ``path.to_3D(matrix)`` places its plane in space, without one.
         - A tuple of points, (m, 3), and offsets, (k + 1,) integers from 0 to m: strand i has the points from
           ``offsets[i]`` to ``offsets[i + 1]``. A pair of arrays that are both (m, 3) is two polylines.
         - A list, a tuple or an iterator of polylines, (m, 3) each: arrays or nested lists. Each is a strand, even if
@@ -77,6 +79,10 @@ def lines(obj: Any, *, offset: Any = None, invalid: str = "error") -> Lines:
         Subtracted from x, y and z in float64 before they are rounded to float32; see `fastlines.read`.
     invalid : {"error", "skip"}
         Refuse segments that hold NaN or Inf, or leave them out, as in `Lines.from_segments`.
+    tolerance : float, optional
+        How far the polylines of arcs and splines of a path of trimesh may be from these, in the unit of the
+        coordinates; by default 10⁻⁵ of the longest side of the box of each. Choose one well below the radius of
+        queries. What consists of straight lines is exact.
 
     Raises
     ------
@@ -100,7 +106,9 @@ def lines(obj: Any, *, offset: Any = None, invalid: str = "error") -> Lines:
     """
     choice("invalid", invalid, INVALID)
     told: list[str] = []
-    made = _lines_of(obj, Making(invalid, check_offset(offset), told.append))
+    if tolerance is not None:
+        tolerance = number("tolerance", tolerance, "a length above 0", LEAST)
+    made = _lines_of(obj, Making(invalid, check_offset(offset), told.append, tolerance))
     if isinstance(obj, Lines) and offset is not None and obj.offset != check_offset(offset):
         made = with_offset(obj, offset)
     for text in told:
@@ -127,6 +135,11 @@ def _lines_of(obj: Any, how: Making) -> Lines:
         raise InputError(
             f"lines are {kind_of(obj)}, a surface of triangles: fl.Triangles.from_mesh(mesh.vertices, mesh.faces) "
             "takes it"
+        )
+    if has(obj, "vertices", "bounds"):
+        raise InputError(
+            f"lines are {kind_of(obj)}, points without lines: fl.Spheres.from_centres(cloud.vertices, radius) takes "
+            "these"
         )
     if has(obj, "geometry", "first_hit"):
         raise InputError(f"lines are {kind_of(obj)}; expected lines: pass tree.geometry, or save the tree by tree.save")

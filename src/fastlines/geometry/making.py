@@ -11,6 +11,10 @@ import numpy as np
 from ..arrays import AnyArray
 from .offsets import Offset
 
+#: How far the polylines of arcs and splines may be from these by default, as a fraction of the longest side of the box
+#: of each.
+OF_SIZE = 1e-5
+
 #: What a warning says of points without z.
 FLAT = "the points have two coordinates, x and y; z is 0"
 
@@ -25,11 +29,14 @@ class Making:
         As in `Lines.from_segments`.
     warn : callable
         Takes what is left out, in words.
+    tolerance : float, optional
+        How far the polylines of arcs and splines may be from these; by default `OF_SIZE` of the size of each.
     """
 
     invalid: str
     offset: Offset | str
     warn: Callable[[str], None]
+    tolerance: float | None = None
 
     @property
     def options(self) -> dict[str, Any]:

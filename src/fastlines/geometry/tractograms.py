@@ -8,7 +8,8 @@
 | ``TrxFile`` of trx                                        | ``streamlines``, ``data_per_vertex``                   |
 | ``ArraySequence`` and ``Streamlines`` of nibabel and DIPY | ``_data``, ``_offsets``, ``_lengths``                  |
 
-Points become world millimetres with axes to the Right, Anterior and Superior ("RASMM"), from the centres of voxels.
+Points become world millimetres with axes to the Right, Anterior and Superior ("RASMM"), from the centres of voxels. The
+voxel grid of a file or of a ``StatefulTractogram`` is kept in the metadata.
 """
 
 from __future__ import annotations
@@ -26,14 +27,14 @@ from .lines import Lines
 from .making import Making, flat_column, has
 from .strand_attributes import with_strand_values
 from .to_array import to_array
+from .voxel_grid import GRID, VoxelGrid
 
 
 def of_tractogram(obj: Any, how: Making) -> Lines | None:
     """Return the lines of a tractogram or of streamlines; None if the object is none."""
-    if has(obj, "tractogram"):
-        return of_tractogram(obj.tractogram, how)
-    if has(obj, "streamlines", "data_per_point") or has(obj, "streamlines", "data_per_vertex"):
-        return _of_tractogram(obj, how)
+    inner = obj.tractogram if has(obj, "tractogram") else obj
+    if has(inner, "streamlines", "data_per_point") or has(inner, "streamlines", "data_per_vertex"):
+        return _with_grid(_of_tractogram(inner, how), obj, how)
     if _is_sequence(obj):
         return Lines.from_points(*_points_and_counts(obj), **how.options)
     return None
@@ -98,6 +99,16 @@ def _of_tractogram(obj: Any, how: Making) -> Lines:
             per_strand["radius of streamline"] = of_strands
     made = with_strand_values(made, per_strand, "streamline")
     return made if affine is None else replace(made, unit="mm", up="z")
+
+
+def _with_grid(made: Lines, obj: Any, how: Making) -> Lines:
+    """Return lines with the voxel grid of their tractogram in the metadata, as files of it are read, if it has one."""
+    try:
+        grid = VoxelGrid.of_tractogram(obj, kind_of(obj))
+    except InputError as error:
+        how.warn(f"the voxel grid is not kept: {error}")
+        return made
+    return made if grid is None else replace(made, metadata={**made.metadata, GRID: grid.to_metadata()})
 
 
 def _to_rasmm(obj: Any) -> npt.NDArray[np.float64] | None:

@@ -93,7 +93,8 @@ class UserDistances(NamedTuple):
 
 def has_user_methods(value: object) -> bool:
     """Return whether an object, not a class, has the two methods of `Primitives`."""
-    return not isinstance(value, type) and all(callable(getattr(value, name, None)) for name in ("bounds", "hit"))
+    # Look for `hit` first: others have a property `bounds`, which would be computed.
+    return not isinstance(value, type) and all(callable(getattr(value, name, None)) for name in ("hit", "bounds"))
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -11,11 +11,11 @@ from ..arrays import FloatArray, kind_of
 from ..errors import FileFormatError, InputError
 from ..geometry.any_geometry import AnyGeometry
 from ..geometry.lines import Lines
+from ..geometry.voxel_grid import GRID, VoxelGrid
 from ..support.optional import optional
 from . import table
 from .reading import check_path, open_source
 from .source import reason
-from .voxel_grid import GRID, VoxelGrid
 
 _EXPECTED = (
     "an image of nibabel, lines of a .trk or .trx, a header, the metadata 'grid', or the path of a .nii, .nii.gz, .trk "
@@ -73,11 +73,10 @@ def _of_file(path: Path) -> VoxelGrid | None:
 def _of_object(reference: Any) -> VoxelGrid | None:
     if isinstance(reference, AnyGeometry):
         return VoxelGrid.from_mapping(reference.metadata[GRID], "reference") if GRID in reference.metadata else None
-    if hasattr(reference, "space_attributes"):  # a StatefulTractogram of DIPY
-        matrix, shape, sizes, order = reference.space_attributes
-        return VoxelGrid.from_parts("reference", shape, matrix, sizes, order)
+    if (grid := VoxelGrid.of_tractogram(reference, "reference")) is not None:
+        return grid
     header = getattr(reference, "header", reference)
-    if isinstance(header, Mapping):  # of a tractogram
+    if isinstance(header, Mapping):
         return VoxelGrid.from_mapping(header, "reference")
     if hasattr(header, "get_best_affine"):
         return VoxelGrid.from_parts("reference", header.get_data_shape(), header.get_best_affine(), _sizes(header))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -74,6 +75,17 @@ def held(instance: object, name: str) -> Iterator[None]:
             yield
     finally:
         with _GUARD:
-            lock, n_threads = _locks.pop(key)
+            lock, n_threads = _locks.pop(key, (lock, 1))
             if n_threads > 1:
                 _locks[key] = lock, n_threads - 1
+
+
+def _forget_locks() -> None:
+    """Forget the locks that a fork has copied: the threads that hold them are not in the new process."""
+    global _GUARD
+    _GUARD = threading.RLock()
+    _locks.clear()
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_forget_locks)

@@ -6,12 +6,15 @@ trimesh is not imported: its paths are recognised by their attributes.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import cache
+from inspect import Parameter, signature
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from ..arrays import IntArray, count, kind_of, to_float32
+from ..arrays import IntArray, count, did_you_mean, kind_of, to_float32
 from ..builder import build
 from ..errors import InputError
 from ..geometry.any_geometry import AnyGeometry
@@ -35,16 +38,24 @@ class RayLines:
     radius : number or (n,) array, optional
         How near a ray must pass, in units of the coordinates, for all rays or for each. It is required unless the lines
         have a radius of their own, to which it is added; each method takes another one.
+    tolerance, offset, invalid
+        As in `fastlines.lines`, each time that the path is read. Arcs and splines of a path become polylines that are
+        within `tolerance` of them, by default 10⁻⁵ of the size of each. With ``offset="auto"``, coordinates far from
+        zero keep their digits; rays and locations are in the coordinates of the path all the same.
 
     Raises
     ------
     InputError
-        If `lines` are no lines. For a mesh, trimesh has ``mesh.ray``.
+        If `lines` are no lines, or another argument cannot be used. For a mesh, trimesh has ``mesh.ray``.
 
     Notes
     -----
     All methods take ``radius=`` and the options of `Tree.first_hit`, such as ``t_max=``, ``ignore=`` and
-    ``invalid="skip"``. With ``at="closest"``, locations are the points of rays that are nearest to the lines.
+    ``invalid="skip"``; where all hits are listed, ``merge="strand"``, too. With ``at="closest"``, locations are the
+    points of rays that are nearest to the lines.
+
+    Each call compares the whole path with the one that was read. For many small calls on a path that stays as it is,
+    keep ``tree = rays.tree``, and query that.
 
     Examples
     --------
@@ -59,22 +70,31 @@ class RayLines:
     array([0, 1, 0])
     """
 
-    def __init__(self, lines: Any, radius: npt.ArrayLike | None = None) -> None:
+    def __init__(
+        self,
+        lines: Any,
+        radius: npt.ArrayLike | None = None,
+        *,
+        tolerance: float | None = None,
+        offset: Any = None,
+        invalid: str = "error",
+    ) -> None:
         if has(lines, "faces", "ray"):
             raise InputError(
                 f"lines are {kind_of(lines)}, a surface of triangles; trimesh queries it itself, by mesh.ray, and "
                 "mesh.vertices[mesh.edges_unique] are its edges as lines"
             )
         self._given = lines
+        self._options = {"tolerance": tolerance, "offset": offset, "invalid": invalid}
         self._hash = self._path_hash()
-        self._tree = _tree_of(lines)
-        self.radius = radius
+        self._tree = _tree_of(lines, self._options)
+        self.radius = _checked_radius(radius)
 
     @property
     def tree(self) -> Tree:
         """The tree over the lines, with all queries of fastlines."""
         if (now := self._path_hash()) != self._hash:
-            self._hash, self._tree = now, _tree_of(self._given)
+            self._hash, self._tree = now, _tree_of(self._given, self._options)
         return self._tree
 
     @property
@@ -108,7 +128,7 @@ class RayLines:
         ray_origins, ray_directions : (n, 3) array
             Directions need not have length 1.
         multiple_hits : bool
-            Whether to return every hit of each ray, or the first alone.
+            Whether to return every hit of each ray, or the first alone. A radius is given by its name.
 
         Returns
         -------
@@ -158,12 +178,18 @@ class RayLines:
         >>> wires.intersects_id([[1, 0, -5]], [[0, 0, 1]], max_hits=2)
         (array([0, 1]), array([0, 0]))
         """
-        tree, given = self._query(ray_origins, ray_directions, radius, options)
+        for name, flag in (("multiple_hits", multiple_hits), ("return_locations", return_locations)):
+            if not isinstance(flag, bool | np.bool_):
+                raise InputError(f"{name}={flag!r}; expected True or False; a radius is given as radius=")
         most = None if max_hits is None else count("max_hits", max_hits, 0)
-        if multiple_hits and most is None:
+        lists_all = bool(multiple_hits) and most is None
+        _check_options("intersects_id", Tree.all_hits if lists_all else Tree.next_hits, options)
+        tree, given = self._query(ray_origins, ray_directions, radius, options)
+        if lists_all:
             hits = tree.all_hits(*given, **options)
         else:
-            hits = tree.next_hits(*given, most if multiple_hits else 1, **options)
+            k = most if multiple_hits else 1 if most is None else min(most, 1)
+            hits = tree.next_hits(*given, k, **options)
         return (hits.prim, hits.ray, hits.points()) if return_locations else (hits.prim, hits.ray)
 
     def intersects_first(
@@ -182,6 +208,7 @@ class RayLines:
         >>> wires.intersects_first([[1, 0, -5], [9, 9, 9]], [[0, 0, 1], [0, 0, 1]], radius=0.1)
         array([ 0, -1])
         """
+        _check_options("intersects_first", Tree.first_hit, options)
         tree, given = self._query(ray_origins, ray_directions, radius, options)
         return tree.first_hit(*given, **options).prim
 
@@ -200,6 +227,7 @@ class RayLines:
         >>> RayLines([[[0, 0, 0], [4, 0, 0]]], radius=0.1).intersects_any([[1, 0, -5], [9, 9, 9]], [[0, 0, 1]])
         array([ True, False])
         """
+        _check_options("intersects_any", Tree.any_hit, options)
         tree, given = self._query(ray_origins, ray_directions, radius, options)
         found: npt.NDArray[np.bool_] = tree.any_hit(*given, **options)
         return found
@@ -222,6 +250,30 @@ class RayLines:
         return self.tree, (origins, directions, self.radius if radius is None else radius)
 
 
+def _check_options(name: str, query: Callable[..., Any], options: dict[str, Any]) -> None:
+    """Refuse options that the query of a tree does not have, in the name of a method."""
+    known = _options_of(query)
+    for option in options:
+        if option not in known:
+            raise TypeError(f"{name} has no option {option!r} here{did_you_mean(option, known)}")
+
+
+@cache
+def _options_of(query: Callable[..., Any]) -> tuple[str, ...]:
+    """Return the options of a query that are given by name alone."""
+    return tuple(name for name, one in signature(query).parameters.items() if one.kind is Parameter.KEYWORD_ONLY)
+
+
+def _checked_radius(radius: npt.ArrayLike | None) -> npt.ArrayLike | None:
+    """Check a radius, or those of several rays."""
+    if radius is None:
+        return None
+    values = to_float32(radius, "radius")
+    if values.ndim > 1 or not (values >= 0).all() or not np.isfinite(values).all():
+        raise InputError(f"radius={radius!r}; expected a number from 0, or one for each ray")
+    return radius
+
+
 def _as_list(rays: npt.ArrayLike, name: str) -> Any:
     """Return origins or directions as (n, 3), one for each ray or for all."""
     shape = to_float32(rays, name).shape
@@ -231,12 +283,20 @@ def _as_list(rays: npt.ArrayLike, name: str) -> Any:
     raise InputError(f"{name} have shape {shape}; expected (n, 3), x y z of each ray{hint}")
 
 
-def _tree_of(lines: Any) -> Tree:
-    """Return a tree over lines, or the tree that was given."""
+def _tree_of(lines: Any, options: dict[str, Any]) -> Tree:
+    """Return a tree over lines, or the tree that was given; `options` are those of `fastlines.lines`."""
     tree = lines if has(lines, "geometry", "first_hit") else None
+    is_made = tree is not None or (isinstance(lines, AnyGeometry) and not has(lines, "segments", "strands"))
+    given = [
+        name for name, value in options.items() if value is not None and not (name == "invalid" and value == "error")
+    ]
+    if is_made and given:
+        raise InputError(
+            f"{given[0]}= is for lines that are read here, and lines are {kind_of(lines)}; give it where that is made"
+        )
     if tree is None:
-        tree = build(lines if isinstance(lines, AnyGeometry) else as_lines(lines))
-    if not has(tree.geometry, "strands"):
+        tree = build(lines if is_made else as_lines(lines, **options))
+    if not tree.geometry.has_directions or tree.geometry.has_parts:
         raise InputError(
             f"lines are a tree over {type(tree.geometry).__name__}; expected one over lines or curves; the methods of "
             "the tree itself answer for others"

@@ -150,7 +150,7 @@ def test_distances_are_those_of_float64(kind: str) -> None:
             )
             found = fl.brute_force_pairs(both, 9)
             size = nasty.size_of(both.segments) + first[i, 6:].max() + second[i, 6:].max()
-            assert abs(found.distance[0] - expected[i]) <= 2 * BAND * size
+            assert abs(found.distance[0] - expected[i]) <= BAND * size
 
 
 def test_distances_are_those_of_the_places() -> None:

@@ -4,7 +4,7 @@ Format: https://help.autodesk.com/view/OARX/2024/ENU/?guid=GUID-235B22E0-A567-4C
 
 Of the model space are read LINE, LWPOLYLINE and POLYLINE (2D and 3D) with their bulges, ARC, CIRCLE, ELLIPSE, SPLINE
 and HELIX, also in blocks, as each INSERT places them. Each entity is a strand. Curves, splines too, become polylines
-within a tolerance; the arcs of polylines are off by up to 3e-4 of their radius besides. The unit is that of
+within a tolerance. The unit is that of
 ``$INSUNITS``. Other entities are dropped with a warning, and so are layouts, and entities that break the
 rules of the format. Colours and line weights are dropped.
 
@@ -25,6 +25,7 @@ import numpy.typing as npt
 
 from ...arrays import LEAST, number
 from ...geometry.lines import Lines
+from ...geometry.making import OF_SIZE
 from ...geometry.strand_attributes import NO_TEXT, objects
 from ...support.optional import optional
 from ...support.texts import kinds_text
@@ -43,8 +44,8 @@ _UNITS = {
 _BINARY = b"AutoCAD Binary DXF"
 #: What may follow the end.
 _BLANK = b" \t\r\n\0\x1a"
-#: The default tolerance, as a fraction of the size of each curve.
-_TOLERANCE = 1e-3
+#: An arc of a polyline is so many cubic Bezier curves, which are off by less than 1e-7 of its radius.
+_BEZIERS = 16
 #: Blocks in blocks, at most.
 _MAX_DEPTH = 64
 #: A drawing may have this many entities, those in blocks counted each time, and one more for each byte.
@@ -57,8 +58,9 @@ def read(source: Source, invalid: str, *, tolerance: float | None = None) -> Lin
     Parameters
     ----------
     tolerance : float, optional
-        How far polylines may be from their curves, in the unit of the drawing; a thousandth of the size of each curve
-        by default.
+        How far polylines may be from their curves, in the unit of the drawing; by default 1e-5 of the longest side of
+        the box of each curve, which makes about 500 segments of a circle. A larger one reads drawings of many curves
+        faster.
     """
     if tolerance is not None:
         tolerance = number("tolerance", tolerance, "a length above 0", LEAST)
@@ -80,7 +82,7 @@ def read(source: Source, invalid: str, *, tolerance: float | None = None) -> Lin
     why = "it has no size"
     for feature, entity, matrices in _lines_of(source, drawing.modelspace(), others, bad):
         try:
-            points = _points(entity, path.make_path(entity), matrices, tolerance)
+            points = _points(entity, path.make_path(entity, segments=_BEZIERS), matrices, tolerance)
             layer, handle = str(entity.dxf.layer), str(entity.dxf.get("handle") or NO_TEXT)
         except Exception as error:  # whatever the library raises for values that make no sense
             points, why = np.empty((0, 3)), reason(error)
@@ -205,14 +207,14 @@ def _points(entity: Any, path: Any, matrices: Sequence[Any], tolerance: float | 
     points = list(path.control_vertices())
     if path.has_curves:
         size = float(np.ptp(_array(points), axis=0).max())
-        within = _TOLERANCE * size
+        within = OF_SIZE * size
         if tolerance is not None:
             # The tolerance is in the world, and the polyline is in its block.
             linear = [np.array(matrix).reshape(4, 4)[:3, :3] for matrix in matrices]
             within = tolerance / max(float(np.prod([np.linalg.norm(part, 2) for part in linear])), LEAST)
         within = min(within, size / 4)
-        # Bezier curves of circles are off by 3e-4 of the radius: take the circles themselves.
-        exact = entity if entity.dxftype() in ("ARC", "CIRCLE", "ELLIPSE") else path
+        # A path has the arcs of polylines exactly enough, but not rational splines: take all other entities themselves.
+        exact = path if entity.dxftype() in ("LWPOLYLINE", "POLYLINE") else entity
         points = list(exact.flattening(within)) if within > 0 else points[:1]
     for matrix in matrices:
         points = list(matrix.transform_vertices(points))

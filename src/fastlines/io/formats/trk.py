@@ -2,8 +2,8 @@
 
 Format: http://trackvis.org/docs/?subsect=fileformat, versions 1 to 3 in either byte order.
 
-Points are stored in the *voxel millimetres* of `voxel_grid.py`, and are read in RASMM. Without a transform in the
-header, they stay in voxel millimetres, with a warning.
+Points are stored in the *voxel millimetres* of `geometry/voxel_grid.py`, and are read in RASMM. Without a transform in
+the header, they stay in voxel millimetres, with a warning.
 
 Lines keep the grid of their file, and what else its header says of the orientation of the image, in the metadata
 ``grid``. Files are written with this grid, or that of ``reference=``, or else one that holds the lines.
@@ -22,12 +22,12 @@ from ...arrays import FLOAT64_ADVICE, AnyArray, FloatArray, IntArray, warn_of_ro
 from ...errors import InputError
 from ...geometry.lines import Lines
 from ...geometry.offsets import NO_OFFSET
+from ...geometry.voxel_grid import DEFAULT_ORDER, GRID, VoxelGrid, inverse, is_order, transform
 from ..grid_reference import grid_to_write
 from ..losses import conventions, keeps_values, strand_numbers
 from ..polylines import polylines_of
 from ..segment_collector import NO_STRANDS, Strands, lines_of, offset_for
 from ..source import BAD_COPY, Source
-from ..voxel_grid import DEFAULT_ORDER, GRID, VoxelGrid, inverse, is_order, transform
 from .streamlines import UNIT, UP, split_values
 from .trk_streamlines import Streamlines
 

@@ -26,13 +26,13 @@ import numpy as np
 from ...arrays import AnyArray
 from ...errors import InputError
 from ...geometry.lines import Lines
+from ...geometry.voxel_grid import GRID, VoxelGrid
 from ..grid_reference import grid_to_write
 from ..losses import conventions, free_name, strand_numbers
 from ..polylines import polylines_of
 from ..segment_collector import PART, Strands, lines_of, offset_for
 from ..source import BAD_COPY, Source, reason
 from ..stored_array import StoredArray
-from ..voxel_grid import GRID, VoxelGrid
 from .archive import Member, members
 from .streamlines import UNIT, UP, split_values
 from .trx_streamlines import Group, Offsets

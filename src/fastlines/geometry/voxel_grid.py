@@ -74,6 +74,17 @@ class VoxelGrid:
         )
 
     @classmethod
+    def of_tractogram(cls, obj: Any, name: str) -> VoxelGrid | None:
+        """Return the grid of a ``StatefulTractogram`` or of the header of a file; None if there is none."""
+        if hasattr(obj, "space_attributes"):
+            matrix, shape, sizes, order = obj.space_attributes
+            return cls.from_parts(name, shape, matrix, sizes, order)
+        header = getattr(obj, "header", None)
+        if not isinstance(header, Mapping) or not ({"dimensions", "DIMENSIONS"} & header.keys()):
+            return None
+        return cls.from_mapping(header, name)
+
+    @classmethod
     def from_parts(cls, name: str, dimensions: Any, matrix: Any, sizes: Any = None, order: Any = None) -> VoxelGrid:
         """Check the parts of a grid; sizes and order are by default those of the matrix."""
         shape = _whole(dimensions)
