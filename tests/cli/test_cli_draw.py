@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
 from support.command_line import done, refused
 
 import fastlines as fl
+from fastlines.cli.drawings import Order, figure_of
 
 pytestmark = pytest.mark.usefixtures("in_own_folder")
 
@@ -55,7 +57,7 @@ def test_a_tree_is_drawn_as_it_is_with_others_beside_it() -> None:
         (("-o", "x.svg", "--kind", "leaves", "--by", "cost"), "--by='cost' is not a choice"),
         (("-o", "x.svg", "--method", "bhv"), "unknown method 'bhv'"),
         (("-o", "x.svg", "-m", "best", "--against", "best"), "best is drawn already"),
-        (("-o", "x.svg", "--kind", "levels", "--level", "40"), "level=40; best has levels 0 to 0 here"),
+        (("-o", "x.svg", "--kind", "levels", "--level", "40"), "--level 40: best has levels 0 to 0 here"),
         (("-o", "x.svg", "--kind", "levels", "-m", "kd-cl", "--against", "best"), "add --level to draw one level"),
     ],
     ids=lambda value: " ".join(value) if isinstance(value, tuple) else "",
@@ -63,6 +65,22 @@ def test_a_tree_is_drawn_as_it_is_with_others_beside_it() -> None:
 def test_what_cannot_be_drawn_is_refused_in_a_sentence(options: tuple[str, ...], sentence: str) -> None:
     assert sentence in refused("draw", FEW, *options)[1]
     assert not list(Path().iterdir())
+
+
+def test_a_level_with_too_many_letters_is_refused_by_its_option() -> None:
+    error = refused("draw", "scene:spaghetti:300", "-m", "bvh-d2", "--kind", "thesis", "--level", "9", "-o", "x.svg")[1]
+    assert re.match(r"error: --level 9: bvh-d2 has [\d,]+ nodes up to there, and --kind thesis draws at most 63", error)
+
+
+def test_icicles_beside_each_other_have_one_scale_and_titles_are_on_the_page() -> None:
+    trees = {method: fl.build(fl.scenes.make("spaghetti", 100).lines, method) for method in ("bvh-cl", "bvh-d2")}
+    common = {"axis": None, "by": None, "skip_invalid": False, "format": None, "option": None}
+    for kind, level in (("icicle", None), ("levels", 3)):
+        order = Order(source="x", output="x.svg", kind=kind, methods=[None, "bvh-d2"], level=level, **common)
+        figure = figure_of(order, "x", trees)
+        figure.draw_without_rendering()
+        assert all(figure.bbox.containsy(panel.title.get_window_extent().y1) for panel in figure.axes)
+        assert len({panel.get_xlim() for panel in figure.axes}) == 1
 
 
 def test_a_file_without_lines_is_refused() -> None:

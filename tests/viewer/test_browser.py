@@ -83,7 +83,7 @@ def browser() -> Iterator[object]:
 
 @pytest.fixture
 def viewer() -> Iterator[Viewer]:
-    with fl.view(TREE, against="bvh-cl", level=2, radius=0.02) as made:
+    with fl.view(TREE, against="bvh-cl", level=2, radius=0.004) as made:
         yield made
 
 
@@ -165,7 +165,10 @@ def test_a_ray_that_is_typed(page: Page, viewer: Viewer) -> None:
     page.control("Direction", "textbox").fill("0, 0, 1")
     page.page.wait_for_timeout(300)
     page.page.get_by_text("Shoot this ray").click()
-    hits = TREE.all_hits([[0.5, 0.5, -1]], [[0, 0, 1]], 0.02)
+    page.expect("The ray in each tree")
+    page.control("Radius", "textbox").fill("0.02005")  # to the last digit, and beyond the slider
+    page.until(lambda: viewer.choices.radius == 0.02005)
+    hits = TREE.all_hits([[0.5, 0.5, -1]], [[0, 0, 1]], 0.02005)
     page.expect(f"{len(hits)} hits")
     page.choose("Find", "the first hit")
     page.expect("1 hit")

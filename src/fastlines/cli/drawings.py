@@ -9,9 +9,11 @@ from typing import TYPE_CHECKING, Any
 from .. import drawing
 from ..arrays import choice, did_you_mean
 from ..builder import build
-from ..drawing.axes import library, light, new_figure, share_scale
+from ..drawing.axes import library, light, new_figure, share_scale, share_width
 from ..drawing.files import check_drawing_path, write_drawing
+from ..drawing.letters import MAX_NODES
 from ..errors import InputError
+from ..inspection.outline import outline_of
 from ..settings.methods import method_settings
 from ..structure.tree_data import TreeData
 from .files import check_output, open_lines, show_progress
@@ -20,6 +22,8 @@ from .options import refuse_given
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+#: The kinds whose nodes have letters.
+LETTERED = ("partition", "graph", "thesis")
 #: How wide panels that are side by side are together at most, in inches.
 WIDTH = 15.0
 
@@ -48,7 +52,7 @@ class Kind:
 
     draw: tuple[Callable[..., Any], ...] = ()
     width: float = 5.0
-    height: float = 5.0
+    height: float = 5.6
     level: str = ""
     has_axis: bool = False
     by: tuple[str, ...] = ()
@@ -146,6 +150,8 @@ def figure_of(order: Order, name: str, trees: Mapping[str, TreeData]) -> Figure:
         return drawing.draw_sheet(trees, title=name, axis=order.axis, progress=show_progress())
     if order.kind == "levels" and order.level is None:
         return drawing.draw_level_sheet(next(iter(trees.values())), axis=order.axis)
+    if order.level is not None:
+        _check_level(order, trees)
     if how.is_joint:
         figure = new_figure(how.width, how.height)
         with light():
@@ -154,8 +160,23 @@ def figure_of(order: Order, name: str, trees: Mapping[str, TreeData]) -> Figure:
     return _beside(order, trees)
 
 
+def _check_level(order: Order, trees: Mapping[str, TreeData]) -> None:
+    """Refuse a level that a tree does not have, or whose boxes are too many for letters."""
+    for method, tree in trees.items():
+        outline = outline_of(tree)
+        if order.kind == "levels" and order.level is not None and order.level >= len(outline.levels):
+            raise InputError(f"--level {order.level}: {method} has levels 0 to {len(outline.levels) - 1} here")
+        if order.kind in LETTERED and order.level is not None:
+            n_nodes = sum(len(nodes) for nodes in outline.levels[: order.level + 1])
+            if n_nodes > MAX_NODES:
+                raise InputError(
+                    f"--level {order.level}: {method} has {n_nodes:,} nodes up to there, and --kind {order.kind} draws "
+                    f"at most {MAX_NODES}; give a smaller one, or --kind levels"
+                )
+
+
 def _beside(order: Order, trees: Mapping[str, TreeData]) -> Figure:
-    """Draw trees side by side. Images have one scale, and costs are those of the first tree's steps and tests."""
+    """Draw trees side by side. Images and icicles have one scale, and costs are those of the first tree's model."""
     how = order.how
     first = next(iter(trees.values()))
     known = {"model": first.settings.cost, "progress": show_progress()}
@@ -169,4 +190,6 @@ def _beside(order: Order, trees: Mapping[str, TreeData]) -> Figure:
     for panel, (draw, tree) in zip(panels, draws, strict=True):
         draw(tree, **given, ax=panel)
     share_scale(panels)
+    if order.kind == "icicle":
+        share_width(panels)
     return figure

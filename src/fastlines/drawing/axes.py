@@ -25,8 +25,8 @@ INK, FAINT, PAPER = "#222222", "#9aa0a8", "#ffffff"
 COLORS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000")
 #: Inner nodes and leaves.
 INNER, LEAF = COLORS[0], COLORS[1]
-#: Ordered things have colours from this part of viridis: its bright end is pale on paper.
-ORDERED, BRIGHTEST = "viridis", 0.78
+#: Ordered things have colours from this part of viridis: its bright end is pale on paper, more so on a projector.
+ORDERED, BRIGHTEST = "viridis", 0.65
 #: How many characters of a note fit into an inch.
 CHARACTERS = 16
 #: The pixels an inch, of pictures and of what is pixels in a vector file.
@@ -118,6 +118,13 @@ def without_frame(ax: Axes) -> None:
     ax.set(xticks=[], yticks=[])
     for spine in ax.spines.values():
         spine.set_visible(False)
+
+
+def share_width(panels: Sequence[Axes]) -> None:
+    """Let the horizontal axes of several panels end where the longest one does."""
+    longest = max(panel.get_xlim()[1] for panel in panels)
+    for panel in panels:
+        panel.set_xlim(0, longest)
 
 
 def share_scale(panels: Sequence[Axes]) -> None:

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 #: How much farther out each box is drawn than those a level below, as a fraction of the root's longest side.
 APART = 0.014
 #: The space around the outermost box, and from the middle of a primitive to its number; fractions of the same.
-MARGIN, BESIDE = 0.03, 0.022
+MARGIN, BESIDE = 0.03, 0.028
 #: How opaque boxes are, and the most primitives that are numbered.
 OPACITY, MAX_NUMBERED = 0.05, 40
 
@@ -138,7 +138,15 @@ def number_prims(axes: Axes, subject: Subject, view: Projection) -> Float64Array
         return taken
     middles = strokes[0].mean(axis=1)
     low, high = view.points(subject.boxes[0])
-    beside = middles + BESIDE * float((high - low).max()) * np.array([1, -1])
+    beside = middles + BESIDE * float((high - low).max()) * _across(strokes[0])
     for number, (x, y) in enumerate(beside.tolist()):
-        axes.text(x, y, str(number), ha="center", va="center", fontsize="small", color=INK, zorder=4)
+        axes.text(x, y, str(number), ha="center", va="center", fontsize="medium", color=INK, zorder=4)
     return np.concatenate([taken, beside])
+
+
+def _across(strokes: Float64Array) -> Float64Array:
+    """Return the direction across each stroke that points to the right, (n, 2), or downwards if it lies flat."""
+    along = strokes[:, 1] - strokes[:, 0]
+    length = np.linalg.norm(along, axis=1, keepdims=True)
+    across = np.divide(along[:, ::-1] * (1, -1), length, out=np.full(along.shape, 0.7), where=length > 0)
+    return np.asarray(np.where((across[:, :1] < 0) | ((across[:, :1] == 0) & (across[:, 1:] > 0)), -across, across))

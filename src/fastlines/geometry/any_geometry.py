@@ -19,6 +19,7 @@ from ..support.texts import counted
 from .hit_answers import HitAnswers
 from .hit_places import Float64Array, HitFrames, HitPlaces, interpolate, require_numbers
 from .offsets import NO_OFFSET, OFFSET, Offset, offset_of
+from .shapes import SHAPES, box_of_shapes
 from .summary import summary_of
 
 #: What the core gets: the name of the kind of primitives, and a row of numbers for each.
@@ -140,6 +141,11 @@ class AnyGeometry(Shown, HitAnswers, Immutable, ABC):
     @abstractmethod
     def bounds(self) -> FloatArray:
         """The box without any `radius`, (2, 3): its lowest and highest corner; lowest > highest if it is empty."""
+
+    @property
+    def tree_bounds(self) -> FloatArray:
+        """The box of a tree's root, in the form of `bounds`: queries have limits relative to it."""
+        return box_of_shapes(self.core_rows) if self.kind == SHAPES else self.bounds
 
     @abstractmethod
     def span(self) -> tuple[FloatArray, FloatArray]:

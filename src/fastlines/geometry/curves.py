@@ -123,6 +123,11 @@ class Curves(AxisGeometry):
         """The box of all control points as (2, 3), without any radius; lowest > highest corner if there are none."""
         return box_of(self.control.reshape(-1, 3))
 
+    @property
+    def tree_bounds(self) -> FloatArray:
+        """The box of the pieces."""
+        return self.straight.bounds
+
     @computed_once
     def max_radius(self) -> float:
         """The largest radius anywhere on a curve; 0 if there is none."""

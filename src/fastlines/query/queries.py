@@ -257,7 +257,7 @@ def brute_force_gather(
 
 def _brute_force(geometry: AnyGeometry, given: RayArguments) -> Query:
     """Check rays for a search that tests every primitive."""
-    box = np.array(geometry.bounds, np.float32) if len(geometry) else np.zeros((2, 3), np.float32)
+    box = np.array(geometry.tree_bounds, np.float32) if len(geometry) else np.zeros((2, 3), np.float32)
     rays = check_query(geometry, box, given)
     kind, rows = geometry.spread_data() if rays.has_spread else geometry.core_data()
     seen = rows if rays.parts is None else geometry.seen_data(rays.parts)[1]

@@ -16,6 +16,8 @@ from fastlines.cuda.scene import upload as upload_scene
 from fastlines.engines import engine as compiled_engine
 from fastlines.engines import use_engine
 from fastlines.errors import FastlinesError
+from fastlines.forest.writing import write_forest
+from fastlines.geometry.collection import as_geometry
 from fastlines.io import known_formats
 from fastlines.query.proximity.pair_query import check_pairs
 from fastlines.query.proximity.pair_sets import row_arrays
@@ -41,9 +43,11 @@ from fastlines.settings.methods import DEFAULT_METHOD, METHOD_NOTES, THESIS_METH
 from fastlines.settings.settings import REF_LIMIT, limit_notes
 from fastlines.structure import tree_file
 from fastlines.structure.layout import Layout
+from fastlines.support import container
 from fastlines.support.atomic_write import atomic_write
 from fastlines.support.immutable import own
 from fastlines.support.optional import optional
+from fastlines.support.texts import counted
 from fastlines.threads import MAX_THREADS, map_in_threads, num_threads
 
 __all__ = [
@@ -72,12 +76,15 @@ __all__ = [
     "Sky",
     "Surfaces",
     "app",
+    "as_geometry",
     "atomic_write",
     "best_settings",
     "check_output",
     "check_pairs",
     "check_query",
     "compiled_engine",
+    "container",
+    "counted",
     "cuda_device",
     "cuda_program",
     "describe_machine",
@@ -107,4 +114,5 @@ __all__ = [
     "tree_file",
     "upload_scene",
     "use_engine",
+    "write_forest",
 ]

@@ -70,7 +70,7 @@ def brute_force_points(
     else:
         given = PointArguments(points, radius, **options)  # type: ignore[arg-type]
     geometry = as_geometry(geometry)
-    box = np.array(geometry.bounds, np.float32) if len(geometry) else np.zeros((2, 3), np.float32)
+    box = np.array(geometry.tree_bounds, np.float32) if len(geometry) else np.zeros((2, 3), np.float32)
     kind, rows = geometry.core_data()
     view = None if geometry.has_user_code else _core.BinaryView.of_primitives(kind, rows, rows)
     backend = point_backend(geometry, _core, view, is_tree=False)
