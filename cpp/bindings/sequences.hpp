@@ -1,7 +1,7 @@
 // Sequences of Python as arguments.
 //
-// nanobind converts arguments in functions that are noexcept. So an argument of the type std::vector ends the process if
-// there is no memory for it. Functions take a Sequence instead, and make the vector where they may throw.
+// nanobind converts arguments in functions that are noexcept. So an argument of the type std::vector ends the process
+// if there is no memory for it. Functions take a Sequence instead, and make the vector where they may throw.
 #pragma once
 
 #include <nanobind/nanobind.h>

@@ -62,9 +62,9 @@ inline void bind_settings(nanobind::module_& m) {
   nb::class_<Settings>(m, "Settings")
       .def(
           "__init__",
-          [](Settings* self, Sequence<SizedSplitSet> splits, const std::string& boxes, Sequence<int> lookahead, std::size_t beam,
-             bool exhaustive, double c_trav, double c_prim, std::size_t lanes, const Limits& limits, int bad_levels,
-             std::size_t bad_refs, int bad_refines, bool prune, double radius_hint, double min_spread,
+          [](Settings* self, Sequence<SizedSplitSet> splits, const std::string& boxes, Sequence<int> lookahead,
+             std::size_t beam, bool exhaustive, double c_trav, double c_prim, std::size_t lanes, const Limits& limits,
+             int bad_levels, std::size_t bad_refs, int bad_refines, bool prune, double radius_hint, double min_spread,
              const Presplit& presplit, unsigned n_threads) {
             new (self) Settings{.splits = vector_of<SizedSplitSet>(splits),
                                 .boxes = box_rule(boxes),

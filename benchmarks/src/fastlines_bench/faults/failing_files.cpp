@@ -74,23 +74,23 @@ long faults_disarm() {
 /// The first call that failed.
 const char* faults_failed() { return failed; }
 
-#define OPEN(name)                                                            \
-  int name(const char* path, int flags, ...) {                                \
-    va_list more;                                                             \
-    va_start(more, flags);                                                    \
-    const int mode = mode_of(flags, more);                                    \
-    va_end(more);                                                             \
+#define OPEN(name)                                                                     \
+  int name(const char* path, int flags, ...) {                                         \
+    va_list more;                                                                      \
+    va_start(more, flags);                                                             \
+    const int mode = mode_of(flags, more);                                             \
+    va_end(more);                                                                      \
     return changes(flags) && fails("open", path) ? -1 : NEXT(name)(path, flags, mode); \
   }
 OPEN(open)
 OPEN(open64)
 
-#define OPEN_AT(name)                                                         \
-  int name(int at, const char* path, int flags, ...) {                        \
-    va_list more;                                                             \
-    va_start(more, flags);                                                    \
-    const int mode = mode_of(flags, more);                                    \
-    va_end(more);                                                             \
+#define OPEN_AT(name)                                                                      \
+  int name(int at, const char* path, int flags, ...) {                                     \
+    va_list more;                                                                          \
+    va_start(more, flags);                                                                 \
+    const int mode = mode_of(flags, more);                                                 \
+    va_end(more);                                                                          \
     return changes(flags) && fails("open", path) ? -1 : NEXT(name)(at, path, flags, mode); \
   }
 OPEN_AT(openat)

@@ -95,9 +95,7 @@ void* calloc(std::size_t n, std::size_t size) {
   return fails(CALLER) ? (errno = ENOMEM, nullptr) : __libc_calloc(n, size);
 }
 
-void* realloc(void* data, std::size_t n) {
-  return fails(CALLER) ? (errno = ENOMEM, nullptr) : __libc_realloc(data, n);
-}
+void* realloc(void* data, std::size_t n) { return fails(CALLER) ? (errno = ENOMEM, nullptr) : __libc_realloc(data, n); }
 
 void* aligned_alloc(std::size_t alignment, std::size_t n) {
   return fails(CALLER) ? (errno = ENOMEM, nullptr) : aligned(alignment, n);
@@ -125,9 +123,7 @@ int pthread_create(pthread_t* thread, const pthread_attr_t* attributes, void* (*
 
 void* operator new(std::size_t n) { return fails(CALLER) ? throw std::bad_alloc() : or_throw(__libc_malloc(n)); }
 void* operator new[](std::size_t n) { return fails(CALLER) ? throw std::bad_alloc() : or_throw(__libc_malloc(n)); }
-void* operator new(std::size_t n, const std::nothrow_t&) noexcept {
-  return fails(CALLER) ? nullptr : __libc_malloc(n);
-}
+void* operator new(std::size_t n, const std::nothrow_t&) noexcept { return fails(CALLER) ? nullptr : __libc_malloc(n); }
 void* operator new[](std::size_t n, const std::nothrow_t&) noexcept {
   return fails(CALLER) ? nullptr : __libc_malloc(n);
 }
