@@ -18,9 +18,10 @@ using IgnoredArrays = std::tuple<Input<std::int64_t>, std::optional<Input<std::i
 using SeenArrays =
     std::tuple<std::optional<Input<std::uint8_t>>, std::optional<Input<std::int64_t>>, Sequence<IgnoredArrays>>;
 
-inline Seen seen_of(const SeenArrays& arrays) {
-  const auto& [hidden, owner, sequence] = arrays;
-  const std::vector<IgnoredArrays> ignored = vector_of<IgnoredArrays>(sequence);
+/// What the arrays say; `ignored` holds the elements of their sequence.
+inline Seen seen_of(const SeenArrays& arrays, const std::vector<IgnoredArrays>& ignored) {
+  const auto& hidden = std::get<0>(arrays);
+  const auto& owner = std::get<1>(arrays);
   Seen seen;
   if (ignored.size() > std::size(seen.ignored)) throw std::invalid_argument("points leave out two kinds at most");
   if (hidden) seen.hidden = rows<std::uint8_t>(*hidden);
@@ -46,7 +47,8 @@ struct PointFunctions {
                         const SeenArrays& seen_arrays, unsigned n_threads, const nanobind::object& progress,
                         Run&& run) {
     const PointBatch batch{rows<double>(points), rows<float>(radius), surface};
-    const Seen seen = seen_of(seen_arrays);
+    const std::vector<IgnoredArrays> ignored = vector_of<IgnoredArrays>(std::get<2>(seen_arrays));
+    const Seen seen = seen_of(seen_arrays, ignored);
     with_points(view, [&](const auto& search) {
       const bool is_long = may_be_long(batch.size(), search.n_steps());
       watch_if(is_long, progress, [&](Progress& watched) {

@@ -13,12 +13,12 @@ namespace fastlines {
 template <class T>
 using Sequence = nanobind::typed<nanobind::sequence, T>;
 
-/// The elements of a sequence. Arrays among them must have the right dtype: they are not converted.
+/// The elements of a sequence. Arrays among them that are not contiguous are copied, and the vector owns the copies.
 template <class T>
 std::vector<T> vector_of(const Sequence<T>& from) {
   std::vector<T> made;
   made.reserve(nanobind::len(from));
-  for (const nanobind::handle item : from) made.push_back(nanobind::cast<T>(item, false));
+  for (const nanobind::handle item : from) made.push_back(nanobind::cast<T>(item));
   return made;
 }
 

@@ -86,10 +86,11 @@ class MemoryTrial:
         return ""
 
 
-def leaked(trial: MemoryTrial, n_calls: int, repeats: int = 100, rounds: int = 6) -> float:
+def leaked(trial: MemoryTrial, n_calls: int, repeats: int = 50, rounds: int = 24) -> float:
     """Return the bytes that stay in use, for each of many faults spread over all calls.
 
-    That is the least of several rounds, as the pool of pages keeps blocks for reuse until it has enough of them.
+    That is the least of several rounds, as the pool of pages keeps blocks of 64 KB and more for reuse, now and then
+    another one, until it has enough of them.
     """
     turns = [1 + i * max(1, n_calls - 1) // repeats for i in range(repeats)]
     grown: list[float] = []

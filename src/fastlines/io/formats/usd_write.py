@@ -81,7 +81,7 @@ def _is_whole(package: Path) -> bool:
     try:
         with zipfile.ZipFile(package) as archive:
             return archive.testzip() is None
-    except (OSError, zipfile.BadZipFile):
+    except (OSError, EOFError, zipfile.BadZipFile):
         return False
 
 
