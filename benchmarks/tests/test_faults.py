@@ -50,7 +50,7 @@ def test_memory():
 
 
 def test_files():
-    done("faults", "--only", "files", "--operation", "write .tck", "--json", "f.json")
+    done("faults", "--only", "files", "--operation", "write .trk", "--json", "f.json")
     rows = json.loads(Path("f.json").read_text())["files"]
     assert [row["mode"] for row in rows] == ["ENOSPC", "EIO", "EINTR"]
     assert all({"open", "write", "fsync", "rename"} <= set(row["calls"]) for row in rows)
