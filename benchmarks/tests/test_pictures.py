@@ -39,7 +39,7 @@ def test_run():
 
 
 def test_the_pictures_are_those_of_the_gallery():
-    commands = re.findall(r"`fastlines render (\S+) (.*?)-o \S+`", GUIDE.read_text(encoding="utf-8"))
+    commands = re.findall(r"^fastlines render (\S+) (.*?)-o \S+$", GUIDE.read_text(encoding="utf-8"), re.MULTILINE)
     assert {(source, *shlex.split(options)) for source, options in commands} == set(GALLERY.values())
 
 
