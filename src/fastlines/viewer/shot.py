@@ -25,7 +25,7 @@ from .tables import Table
 
 #: The most hits in the table, and the most attributes.
 MAX_LISTED, MAX_ATTRIBUTES = 30, 4
-#: The columns of that table; attributes with these names are told apart.
+#: The columns of that table; an attribute with one of these names is shown as "attribute:name".
 COLUMNS = ("hit", "part", "prim", "strand", "t", "distance")
 #: The most hits of a ray that is followed, so that the page answers soon.
 MAX_HITS = 100_000

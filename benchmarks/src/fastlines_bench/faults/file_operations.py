@@ -18,7 +18,7 @@ import fastlines as fl
 from ..harness.internals import FastlinesError, app, known_formats
 from .memory_operations import arrays_of, scene
 
-#: Rays that are asked for what they hit, to compare trees and forests.
+#: The number of rays that compare trees and forests.
 N_RAYS = 50
 
 
