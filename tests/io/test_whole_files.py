@@ -302,6 +302,23 @@ def test_file_systems_that_can_neither_sync_nor_lock(tmp_path, monkeypatch):
 # --- Errors ---
 
 
+def test_a_folder_that_cannot_be_synced_is_an_error(tmp_path, monkeypatch):
+    """The new file is there, but nobody knows whether it outlives a power failure."""
+    fsync = os.fsync
+
+    def sync(descriptor: int) -> None:
+        if stat.S_ISDIR(os.fstat(descriptor).st_mode):
+            raise OSError(errno.EIO, "Input/output error")
+        fsync(descriptor)
+
+    monkeypatch.setattr(os, "fsync", sync)
+    (tmp_path / "a").write_text("old")
+    with pytest.raises(OSError, match=r"Input/output error: '.*a'$"):
+        write(tmp_path / "a")
+    assert (tmp_path / "a").read_text() == "new"
+    assert names(tmp_path) == ["a"]
+
+
 def test_errors_name_the_path_that_was_given(tmp_path, monkeypatch):
     path = tmp_path / "a.flt"
     path.write_text("old")

@@ -31,6 +31,9 @@ _MAX_NAME = 50
 #: Kinds of files that cannot be replaced, by the letter that ``ls -l`` shows.
 _KINDS = {"p": "a pipe", "s": "a socket", "c": "a device", "b": "a device"}
 
+#: How systems say that they cannot sync a file or, with EBADF, a folder; PostgreSQL (fd.c) passes over the same.
+_CANNOT_SYNC = (errno.EINVAL, errno.ENOSYS, errno.ENOTSUP, errno.EBADF)
+
 
 @contextmanager
 def atomic_write(path: str | os.PathLike[str], *, durable: bool = True) -> Iterator[Path]:
@@ -47,7 +50,8 @@ def atomic_write(path: str | os.PathLike[str], *, durable: bool = True) -> Itera
     InputError
         If the path is a device, a pipe or a socket.
     OSError
-        If it is a folder, or cannot be written: no such folder, no permission, no space. The error names `path`.
+        If it is a folder, or cannot be written: no such folder, no permission, no space. The error names `path`. If
+        the folder cannot be synced, the new file is there, but a power failure may bring back the old one.
     """
     named = os.fspath(path)
     target = check_target(named)
@@ -78,6 +82,17 @@ def atomic_write(path: str | os.PathLike[str], *, durable: bool = True) -> Itera
             partial.unlink()
         with contextlib.suppress(OSError):  # nothing was written by this descriptor, and it is closed in any case
             os.close(lock)
+
+
+def sync(path: str | os.PathLike[str]) -> None:
+    """Wait until a file that was not durable is on the disk; its folder has to be synced, too, by a file after it."""
+    descriptor = os.open(path, os.O_RDWR)
+    try:
+        _sync(descriptor)
+    except OSError as error:
+        raise OSError(error.errno, error.strerror, os.fspath(path)) from None
+    finally:
+        os.close(descriptor)
 
 
 def check_target(path: str | os.PathLike[str]) -> Path:
@@ -171,11 +186,14 @@ def _keep_owner_and_mode(partial: Path, before: os.stat_result) -> None:
 
 
 def _sync_folder(path: Path) -> None:
-    with contextlib.suppress(OSError):  # folders cannot be opened everywhere
+    try:
         folder = os.open(path, os.O_RDONLY)
-        try:
-            _sync(folder)
-        finally:
+    except OSError:  # folders cannot be opened everywhere
+        return
+    try:
+        _sync(folder)
+    finally:
+        with contextlib.suppress(OSError):  # nothing was written by it
             os.close(folder)
 
 
@@ -184,5 +202,5 @@ def _sync(descriptor: int) -> None:
     try:
         os.fsync(descriptor)
     except OSError as error:
-        if error.errno not in (errno.EINVAL, errno.ENOSYS, errno.ENOTSUP):
+        if error.errno not in _CANNOT_SYNC:
             raise

@@ -103,6 +103,37 @@ def test_interrupted_at_each_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     assert contents(forest.path) == expected
 
 
+def test_a_power_failure_at_each_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What was not synced by then is cut short, or has lost a page."""
+    expected = contents(fl.build_forest(chunks(), tmp_path / "whole", max_segments=130).path)
+    n_torn = 0
+    for number in itertools.count(1):
+        folder, synced = tmp_path / f"{number}", set()
+        with monkeypatch.context() as patch:
+            fsync = os.fsync
+
+            def sync(descriptor: int, fsync: Any = fsync, synced: Any = synced) -> None:
+                synced.add(os.fstat(descriptor).st_ino)
+                fsync(descriptor)
+
+            patch.setattr(os, "fsync", sync)
+            fail_at(patch, number, KeyboardInterrupt)
+            try:
+                fl.build_forest(chunks(), folder, max_segments=130)
+            except KeyboardInterrupt:
+                pass
+            else:
+                break
+        torn = [path for path in folder.rglob("*") if path.is_file() and path.stat().st_ino not in synced]
+        for path in torn:
+            data = path.read_bytes()
+            path.write_bytes(data[: len(data) // 2] if number % 2 else data[:-128] + bytes(min(len(data), 128)))
+        n_torn += len(torn)
+        assert contents(fl.build_forest(chunks(), folder, max_segments=130).path) == expected
+    assert number > 15
+    assert n_torn > 10
+
+
 def test_a_disk_that_fills(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     expected = contents(fl.build_forest(chunks(), tmp_path / "whole", max_segments=130).path)
     for number in (2, 7, 12, 16):
