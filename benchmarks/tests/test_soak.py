@@ -5,6 +5,8 @@ from __future__ import annotations
 import json
 import pickle
 import runpy
+import sys
+import types
 import warnings
 from dataclasses import replace
 from functools import partial
@@ -21,10 +23,14 @@ from fastlines_bench.soak.compare import difference, outcomes
 from fastlines_bench.soak.decisions import check_decisions
 from fastlines_bench.soak.draw import KINDS, Choice, draw_case
 from fastlines_bench.soak.exact import ExactRays, clearance_of_cones, decide_boxes, decide_triangles
+from fastlines_bench.soak.exact_pairs import distance_of_pairs, factor_of_tapers
 from fastlines_bench.soak.exact_points import distance_from_boxes, distance_from_cones, distance_from_triangles
+from fastlines_bench.soak.exact_regions import decide_in_boxes
 from fastlines_bench.soak.faults import FAULTS, run_trial
+from fastlines_bench.soak.parts import part_over
 from fastlines_bench.soak.run import Plan, run_soak
 from fastlines_bench.soak.shrink import minimised, rounded_to, shrink
+from fastlines_bench.soak.values import Values
 from fastlines_bench.soak.write import text_of_test
 
 pytestmark = [
@@ -109,31 +115,41 @@ def test_a_planted_fault_becomes_a_test(name):
 @pytest.mark.slow
 @pytest.mark.parametrize("fault", FAULTS, ids=lambda fault: fault.name)
 def test_all_planted_faults_are_found(fault):
-    assert run_trial(fault, Plan(5, seed=2), silent, silent).found is not None
+    assert run_trial(fault, Plan(5, seed=2), silent, silent).is_found
 
 
-def test_written_tests_of_all_queries_pass():
+def test_written_tests_of_all_queries_pass(monkeypatch):
     """What is written asks the same question: of cases that do not fail, every test passes."""
     seen = set()
-    for number in range(40):
+    for number in range(60):
         case = draw_case(11, number)
         for question, outcome in zip(case.questions, outcomes(case), strict=False):
             key = question.query, case.kind in ("own class", "several parts"), case.offset is not None
+            key += case.frame is not None, bool(case.spoiled)
             if key in seen or outcome.is_refused or len(question) > 100 or case.n_prims > 100:
                 continue
             seen.add(key)
-            names = {}
+            module = types.ModuleType("written")  # where pickle looks for classes
+            monkeypatch.setitem(sys.modules, "written", module)
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore")
-                exec(text_of_test(case.alone(question), "test_it", "soak", "nothing"), names)
+                exec(text_of_test(case.alone(question), "test_it", "soak", "nothing"), vars(module))
                 folder = Path(f"{number}-{question.query}")
                 folder.mkdir(exist_ok=True)
-                monkeypatch = pytest.MonkeyPatch()
-                arguments = {"tmp_path": folder.absolute(), "monkeypatch": monkeypatch}
-                code = names["test_it"].__code__
-                names["test_it"](**{key: arguments[key] for key in code.co_varnames[: code.co_argcount]})
-                monkeypatch.undo()
+                with monkeypatch.context() as patch:
+                    arguments = {"tmp_path": folder.absolute(), "monkeypatch": patch}
+                    code = module.test_it.__code__
+                    module.test_it(**{key: arguments[key] for key in code.co_varnames[: code.co_argcount]})
     assert {key[0] for key in seen} == set(QUERIES)
+    assert {key[3:] for key in seen} >= {(False, False), (True, False), (False, True)}
+
+
+def test_a_fault_of_both_sides_is_found_beside_float64():
+    fault = next(fault for fault in FAULTS if fault.is_of_both)
+    trial = run_trial(fault, Plan(5, seed=1, choice=Choice.of(("lines", "all_hits"))), silent, silent)
+    assert trial.is_found
+    assert trial.found is None
+    assert "lines, distance of pairs on" in trial.shown_by
 
 
 def test_shrinking_leaves_what_is_needed():
@@ -236,3 +252,54 @@ def test_wrong_decisions_are_noticed(monkeypatch):
 )
 def test_refused(arguments, said):
     assert said in refused("soak", *arguments)[1]
+
+
+def test_pairs_are_those_of_a_grid():
+    rng = np.random.default_rng(4)
+    ends, radii = rng.normal(0, 1, (2, 30, 2, 3)), 0.3 * rng.random((2, 30, 2))
+    found = distance_of_pairs(ends[0], radii[0], ends[1], radii[1])
+    at = np.linspace(0, 1, 300)
+    places = [
+        (np.stack([1 - at, at], axis=1) @ of, np.stack([1 - at, at], axis=1) @ r[..., None])
+        for of, r in zip(ends, radii, strict=True)
+    ]
+    (a, r), (b, q) = places
+    away = np.linalg.norm(a[:, :, None] - b[:, None], axis=3) - r - q.swapaxes(1, 2)
+    least = away.min(axis=(1, 2))
+    assert (found <= least + 1e-12).all()
+    assert (least - found < 1e-3).all()
+    assert (factor_of_tapers(ends[0], 0 * radii[0], ends[1], 0 * radii[1]) == 1).all()
+    beside = ends[0] + 1e-4 * ends[1]
+    assert (factor_of_tapers(ends[0], 1e-5 * radii[0], beside, 1e-5 * radii[1]) > 10).any()
+
+
+@pytest.mark.parametrize("kind", ["lines", "cones", "triangles", "boxes"])
+def test_certain_decisions_about_boxes_of_space(kind):
+    rng = np.random.default_rng(5)
+    ends = rng.integers(-4, 5, (60, 2, 3)).astype(np.float32)
+    low = rng.integers(-4, 4, (40, 3)).astype(np.float64)
+    high = low + rng.integers(0, 3, (40, 3))
+    high[0], low[1, 0] = np.inf, -np.inf
+    part = part_over(rng, kind, ends)
+    geometry = part.made()
+    corners = geometry.corners if kind in ("triangles", "boxes") else geometry.segments
+    radii = geometry.end_radii if kind == "cones" else None
+    is_in, certain = decide_in_boxes(kind, corners, radii, low, high)
+    listed = fl.brute_force_in_box(geometry, low, high)
+    found = np.zeros(is_in.shape, bool)
+    found[listed.box, listed.prim] = True
+    assert found.any()
+    assert certain.mean() > 0.5
+    assert (found == is_in)[certain].all()
+
+
+def test_values_that_are_off_are_told():
+    values = Values()
+    values.check("cones, t", "avx2", np.array([0.5, -1, np.nan]), np.array([1.0, 1, 1]))
+    values.check("cones, t", "avx2", np.zeros((0, 1)), np.zeros((0, 1)))
+    assert (values.n, values.wrong) == ({("cones, t", "avx2"): 3}, {("cones, t", "avx2"): 1})
+    assert values.examples == ["cones, t on avx2: off by nan, expected at most 1"]
+    more = Values()
+    more.check("cones, t", "avx2", np.array([3.0]), np.array([2.0]))
+    values.add(more)
+    assert values.wrong["cones, t", "avx2"] == 2

@@ -21,6 +21,8 @@ from fastlines.structure.tree_file import FORMAT
 
 KEPT = Path(__file__).with_name("kept")
 ANSWERS = "answers.json"
+#: The offset of lines that are far away.
+FAR = (5e6, -4e5, 200.0)
 #: The columns of the answers that are kept.
 COLUMNS = ("offsets", "t", "prim", "part", "u", "distance", "t_out", "strand")
 FOLDERS = sorted(folder for folder in KEPT.iterdir() if folder.is_dir())
@@ -40,7 +42,7 @@ def containers() -> dict[str, Any]:
     return {
         "lines": lines,
         "round-cones": lines.with_radius(radii),
-        "lines-far-away": fl.Lines.from_segments(ends + [5e6, -4e5, 200], offset=(5e6, -4e5, 200)),
+        "lines-far-away": fl.Lines.from_segments(ends + np.array(FAR), offset=FAR),
         "spheres": spheres,
         "curves": fl.Curves.from_bezier(rng.uniform(-1, 1, (3, 4, 3)), radii[:3, [0, 0, 1, 1]], tolerance=0.02),
         "triangles": fl.Triangles(rng.uniform(-1, 1, (6, 3, 3))),

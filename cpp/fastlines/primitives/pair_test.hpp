@@ -18,7 +18,9 @@
 //     x = α·u + β·v + γ·n/|n|,    α = (m₁·v² + m₂·u·v)/|n|²,    β = −(m₂·u² + m₁·u·v)/|n|²,
 //     γ² = 1 − α·m₁ + β·m₂,       D = |w·n|/(|n|·γ),            s = (v × w)·n/|n|² + α·D.
 //
-// There is none unless γ² > 0. Rounding of s hardly changes the distance, which is stationary there.
+// There is none unless γ² > 0. Rounding of s hardly changes the distance, which is stationary there. But where tapered
+// axes are nearly parallel and nearly meet, s is off by α times the rounding of D, which is that of a volume divided by
+// |n|. With κ = |m₁|/|u| + |m₂|/|v| and the angle θ of the axes, this counts κ/sin²θ times in the distance.
 #pragma once
 
 #include "point_test.hpp"

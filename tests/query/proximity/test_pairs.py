@@ -153,6 +153,31 @@ def test_distances_are_those_of_float64(kind: str) -> None:
             assert abs(found.distance[0] - expected[i]) <= BAND * size
 
 
+def test_tapered_lines_that_are_nearly_parallel() -> None:
+    """The rounding of the volume of two axes counts κ/sin²θ times; see pair_test.hpp."""
+    rng, n = np.random.default_rng(5), 300
+    along, beside = (v / np.linalg.norm(v, axis=1, keepdims=True) for v in rng.normal(0, 1, (2, n, 3)))
+    kappa = 10 ** rng.uniform(-4, -1.5, n)
+    first = np.stack([-along, along], axis=1)
+    second = first + rng.uniform(-0.5, 0.5, (n, 1, 1)) * first[:, 1:]
+    second += np.array([[-1], [1]]) * (kappa * rng.uniform(1, 5, n))[:, None, None] * beside[:, None]
+    radii = np.stack([np.zeros(n), 2 * kappa], axis=1)
+    both = np.stack([first, second], axis=1).astype(np.float32)
+    thick = np.stack([np.zeros((n, 2)), radii], axis=1).astype(np.float32)
+    rows = np.concatenate([both.reshape(n, 2, 6), thick], axis=2).astype(np.float64)
+    expected = least_distances(rows[:, 0], rows[:, 1])
+    u, v = (both[:, i, 1].astype(np.float64) - both[:, i, 0] for i in range(2))
+    cosine2 = (u * v).sum(axis=1) ** 2 / ((u * u).sum(axis=1) * (v * v).sum(axis=1))
+    slope = (thick[:, 1, 1] - thick[:, 1, 0]) / np.linalg.norm(v, axis=1)
+    off = np.zeros(n)
+    for i in range(n):
+        lines = fl.Lines.from_segments(both[i], radius=thick[i])
+        off[i] = fl.brute_force_pairs(lines, 9).distance[0] - expected[i]
+        off[i] /= BAND * (nasty.size_of(lines.segments) + thick[i].max())
+    assert (np.abs(off) <= 1 + slope / (1 - cosine2)).all()
+    assert np.abs(off).max() > 1, "the limit is needed"
+
+
 def test_distances_are_those_of_the_places() -> None:
     ends, rng = scene("random", 400)
     lines = fl.Lines.from_segments(ends, radius=radii_of(rng, "taper", len(ends), 1.0))

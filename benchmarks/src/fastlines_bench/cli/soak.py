@@ -78,7 +78,7 @@ def soak(
         with progress_bar() as progress:
             trials = [run_trial(fault, plan, progress, _tell) for fault in FAULTS]
         print_trials(trials)
-        found = all(trial.found is not None for trial in trials)
+        found = all(trial.is_found for trial in trials)
         raise typer.Exit(0 if found else 1)
     with progress_bar() as progress:
         summary = run_soak(plan, progress, _tell)

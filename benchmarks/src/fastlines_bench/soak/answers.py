@@ -103,7 +103,7 @@ def arguments(question: Question, n_prims: int, move: Array | None) -> dict[str,
 def found_by_tree(subject: Subject, case: Case, question: Question) -> Columns:
     """Return the answer of the tree."""
     move = None if case.offset is None else np.array(case.offset)
-    given = arguments(question, len(subject.geometry), move)
+    given = arguments(question, subject.n_prims, move)
     if subject.less is not None:
         for name in ("origins", "points", "low", "high"):
             if name in given:
@@ -143,10 +143,20 @@ def _joined_pairs(parts: list[fl.Pairs]) -> Columns:
     return {name: np.concatenate([one[name] for one in each]) for name in PAIR_COLUMNS}
 
 
-def by_brute_force(geometry: Any, case: Case, question: Question) -> Columns:
+def left_out(given: dict[str, Any], n_prims: int, n_all: int) -> Any:
+    """Return what a query ignores, and all primitives from one on."""
+    more = np.arange(n_prims, n_all)
+    ignored = np.asarray(given.get("ignore", np.zeros(0, np.int64)))
+    return np.concatenate([ignored, np.broadcast_to(more, (*ignored.shape[:-1], len(more)))], axis=-1)
+
+
+def by_brute_force(subject: Subject, case: Case, question: Question) -> Columns:
     """Return the answer of brute force."""
+    geometry = subject.geometry
     move = None if case.offset is None else np.array(case.offset)
     given = arguments(question, len(geometry), move)
+    if case.frame is not None:
+        given["ignore"] = left_out(given, subject.n_prims, len(geometry))
     with _quiet(), on(None, 1):
         try:
             if question.other is not None:

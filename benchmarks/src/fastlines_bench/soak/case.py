@@ -12,7 +12,12 @@ from .parts import Part
 from .scenes import Array
 
 #: What users do with trees before they query them.
-STEPS = ("layout", "pickle", "save", "save with layout", "refit", "without offset", "forest", "forest of one file")
+STEPS = (
+    *("layout", "pickle", "save", "save with layout", "refit", "without offset"),
+    *("forest", "built forest", "mapped forest", "forest of one file"),
+)
+#: The steps that make a forest of lines of any number of tiles.
+FORESTS = ("forest", "built forest", "mapped forest")
 
 
 @dataclass(frozen=True)
@@ -52,6 +57,10 @@ class Case:
     offset: tuple[float, ...] | None = None
     n_tiles: int = 1
     scene: str = ""
+    #: Where rows are given that hold NaN, and are skipped: before which of the others.
+    spoiled: tuple[int, ...] = ()
+    #: The box of the frame that the build is given, (2, 3) float32; brute force finds it in more primitives.
+    frame: Array | None = None
 
     @property
     def kind(self) -> str:
@@ -67,6 +76,13 @@ class Case:
     def n_prims(self) -> int:
         """The number of primitives."""
         return sum(map(len, self.parts))
+
+    @property
+    def whole(self) -> Case:
+        """The case over a scene whose box is the frame; what makes it so large comes after the other primitives."""
+        if self.frame is None:
+            return self
+        return replace(self, parts=(*self.parts[:-1], self.parts[-1].with_corners(*self.frame)), frame=None)
 
     def alone(self, question: Question) -> Case:
         """Return the case with one question."""
@@ -97,4 +113,5 @@ class Case:
             replace(question, rows=renumbered(question.rows), options=renumbered(question.options))
             for question in self.questions
         )
-        return replace(self, parts=parts, questions=questions)
+        spoiled = tuple(min(at, len(keep)) for at in self.spoiled)
+        return replace(self, parts=parts, questions=questions, spoiled=spoiled)

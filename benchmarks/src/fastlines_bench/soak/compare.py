@@ -38,7 +38,7 @@ def outcomes(case: Case) -> list[Outcome]:
 
 def _outcome(subject: Subject, case: Case, number: int) -> Outcome:
     question = case.questions[number]
-    found, expected = found_by_tree(subject, case, question), by_brute_force(subject.geometry, case, question)
+    found, expected = found_by_tree(subject, case, question), by_brute_force(subject, case, question)
     return Outcome(first_difference(found, expected), "error" in expected)
 
 

@@ -9,9 +9,9 @@ import numpy as np
 
 from fastlines import InputError
 
-from .answers import PAIR_QUERIES, QUERIES
+from .answers import PAIR_QUERIES, POINT_QUERIES, QUERIES, RAY_QUERIES
 from .builds import random_build
-from .case import Case
+from .case import FORESTS, Case
 from .parts import AXES, LINES, MAKERS, PARTS, random_part
 from .questions import Scene, queries_for, random_question
 from .scenes import SHAPES, Array, Random
@@ -65,9 +65,18 @@ def draw_case(seed: int, number: int, choice: Choice | None = None) -> Case:
     case = replace(case, steps=_steps(rng, case), n_tiles=int(rng.choice([1, 2, 5])))
     geometry = geometry_of(case)
     scene = _scene(case, geometry)
-    is_plain = all(part.kind == "lines" for part in parts) and "forest" not in case.steps
+    is_forest, is_one = bool(set(case.steps) & {*FORESTS, "forest of one file"}), len(parts) == 1
+    if is_one and parts[0].kind in AXES and not case.is_refit and rng.random() < 0.12:
+        case = replace(
+            case, spoiled=tuple(np.sort(rng.integers(0, case.n_prims + 1, int(rng.integers(1, 4)))).tolist())
+        )
+    if case.n_prims and not case.is_refit and not is_forest and rng.random() < 0.15:
+        case = replace(case, frame=_frame(rng, geometry))
+    is_plain = all(part.kind == "lines" for part in parts) and not is_forest
     case = replace(case, build=random_build(rng, is_plain, len(geometry.build_data()[1])))
     queries = [name for name in queries_for(scene) if name in choice.queries]
+    if case.frame is not None:
+        queries = [name for name in queries if name in (*RAY_QUERIES, *POINT_QUERIES)]
     asked = [str(name) for name in rng.choice(queries, N_QUESTIONS)] if queries else []
     return replace(case, questions=tuple(random_question(rng, scene, name) for name in asked))
 
@@ -82,6 +91,15 @@ def _scene(case: Case, geometry: Any) -> Scene:
     return Scene(geometry, ends, case.n_prims, not kinds - {*AXES}, not kinds - {"lines", "cones", "curves"})
 
 
+def _frame(rng: Random, geometry: Any) -> Array:
+    """Return a box around all primitives: of the same size, or larger on some sides."""
+    low, high = np.asarray(geometry.bounds, np.float64)
+    size = float((high - low).max()) or 1.0
+    more = size * 10 ** rng.uniform(-3, 1.5, (2, 3)) * rng.choice([0, 1], (2, 3))
+    box = np.stack([low - more[0], high + more[1]]).astype(np.float32)
+    return np.stack([np.minimum(box[0], geometry.bounds[0]), np.maximum(box[1], geometry.bounds[1])])
+
+
 def _ends(corners: Array) -> Array:
     """Return a line through each primitive, from its first to its last corner."""
     points = corners.astype(np.float64)
@@ -93,7 +111,7 @@ def _steps(rng: Random, case: Case) -> tuple[str, ...]:
     are_lines = len(case.parts) == 1 and case.parts[0].kind in LINES
     is_own = case.parts[0].kind == "own class"
     if are_lines and rng.random() < 0.2:
-        return ("forest",)
+        return (str(rng.choice(FORESTS)),)
     if rng.random() < 0.3:
         return ()
     possible = ["layout", "pickle"]

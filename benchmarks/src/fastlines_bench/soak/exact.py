@@ -12,6 +12,7 @@ the primitive; with a spread κ, within 1 + κ times as much.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
@@ -66,6 +67,20 @@ class ExactRays:
             column(np.sqrt((start**2).sum(axis=1))),
         )
 
+    def some(self, keep: Array) -> ExactRays:
+        """Return these rays, in this order."""
+        return self._each(lambda column: column[keep])
+
+    def _each(self, change: Callable[[Array], Array]) -> ExactRays:
+        (ox, oy, oz), (dx, dy, dz) = self.origin, self.direction
+        rest = self.low, self.high, self.radius, self.spread, self.depth, self.aside
+        origin, direction = (change(ox), change(oy), change(oz)), (change(dx), change(dy), change(dz))
+        return ExactRays(origin, direction, *map(change, rest))
+
+    def at(self, t: Array) -> Array:
+        """Return the points at lengths t, (m,): (m, 3), relative to the centre of the scene."""
+        return np.concatenate(plus(self.origin, t[:, None], self.direction), axis=1)
+
 
 BOUNDS = (("t_min", 0.0), ("t_max", np.inf))
 
@@ -90,13 +105,13 @@ def cross(a: Vector, b: Vector) -> Vector:
     return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
 
 
-def vectors(points: Array) -> Vector:
-    """Return points, (n, 3), as (1, n) coordinates."""
-    x, y, z = points.T[:, None]
+def vectors(points: Array, is_paired: bool = False) -> Vector:
+    """Return points, (n, 3), as (1, n) coordinates; as (n, 1) if each is paired with a row."""
+    x, y, z = points.T[:, :, None] if is_paired else points.T[:, None]
     return x, y, z
 
 
-def clearance_of_cones(rays: ExactRays, ends: Array, radii: Array) -> Array:
+def clearance_of_cones(rays: ExactRays, ends: Array, radii: Array, is_paired: bool = False) -> Array:
     """Return the least D − R of each ray and round cone, (m, n): negative where the ray is inside.
 
     Parameters
@@ -104,13 +119,16 @@ def clearance_of_cones(rays: ExactRays, ends: Array, radii: Array) -> Array:
     ends : (n, 2, 3) float64
         Relative to the centre of the scene.
     radii : (n, 2) float64
+    is_paired : bool
+        Whether ray i is paired with round cone i alone; then the answer is (n, 1).
     """
-    p, e = vectors(ends[:, 0]), vectors(ends[:, 1] - ends[:, 0])
+    p, e = vectors(ends[:, 0], is_paired), vectors(ends[:, 1] - ends[:, 0], is_paired)
+    r0, r1 = (radii[:, i : i + 1] if is_paired else radii[None, :, i] for i in range(2))
     d = rays.direction
     w = less(p, rays.origin)
     along, e_along = dot(w, d), dot(e, d)
-    slope = radii[None, :, 1] - radii[None, :, 0] + rays.spread * e_along
-    reach0 = radii[None, :, 0] + rays.radius + rays.spread * (along + rays.depth)
+    slope = r1 - r0 + rays.spread * e_along
+    reach0 = r0 + rays.radius + rays.spread * (along + rays.depth)
     ee, ww, we = dot(e, e), dot(w, w), dot(w, e)
 
     def value(s: Array) -> Array:

@@ -13,18 +13,20 @@ from .scenes import Array
 POINT_BAND = 2.0**-22
 
 
-def distance_from_cones(points: Array, ends: Array, radii: Array) -> Array:
+def distance_from_cones(points: Array, ends: Array, radii: Array, is_paired: bool = False) -> Array:
     """Return the least D − r of each point, (m, 3), and round cone, (m, n): negative inside.
 
     As for rays, the function is convex, and its least value is that of three places: both ends, and where its
-    derivative is 0.
+    derivative is 0. If point i is paired with round cone i alone, the answer is (m, 1).
     """
-    w = less(tuple(points.T[:, :, None]), vectors(ends[:, 0]))
-    e, slope = vectors(ends[:, 1] - ends[:, 0]), (radii[:, 1] - radii[:, 0])[None]
+    w = less(tuple(points.T[:, :, None]), vectors(ends[:, 0], is_paired))
+    e = vectors(ends[:, 1] - ends[:, 0], is_paired)
+    r0, r1 = (radii[:, i : i + 1] if is_paired else radii[None, :, i] for i in range(2))
+    slope = r1 - r0
 
     def value(s: Any) -> Array:
         x = plus(w, -s, e)
-        return np.asarray(np.sqrt(dot(x, x)) - (radii[None, :, 0] + s * slope))
+        return np.asarray(np.sqrt(dot(x, x)) - (r0 + s * slope))
 
     ee, we = dot(e, e), dot(w, e)
     beside = cross(w, e)
@@ -34,11 +36,12 @@ def distance_from_cones(points: Array, ends: Array, radii: Array) -> Array:
     return np.minimum(np.minimum(value(0.0), value(1.0)), value(stationary))
 
 
-def distance_from_triangles(points: Array, corners: Array) -> Array:
+def distance_from_triangles(points: Array, corners: Array, is_paired: bool = False) -> Array:
     """Return the distance of each point from each triangle, (m, n): from its edges, or from its inside."""
     none, x = np.zeros((len(corners), 2)), tuple(points.T[:, :, None])
-    edges = [distance_from_cones(points, corners[:, [i, (i + 1) % 3]], none) for i in range(3)]
-    a, u, v = (vectors(of) for of in (corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]))
+    edges = [distance_from_cones(points, corners[:, [i, (i + 1) % 3]], none, is_paired) for i in range(3)]
+    sides = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    a, u, v = (vectors(of, is_paired) for of in sides)
     n, w = cross(u, v), less(x, a)
     nn = dot(n, n)
     with np.errstate(divide="ignore", invalid="ignore"):

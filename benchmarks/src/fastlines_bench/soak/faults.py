@@ -33,8 +33,10 @@ class Fault:
     name: str
     where: str
     changed: dict[str, Changed] = field(default_factory=dict)
-    #: What changes the arrays of a file that is read.
-    read: Callable[[dict[str, Array]], dict[str, Array]] | None = None
+    #: What changes the arrays and the facts of a file that is read.
+    read: Callable[[dict[str, Array], dict[str, str]], None] | None = None
+    #: Whether both sides have it, so that it shows beside float64 alone.
+    is_of_both: bool = False
 
     @contextmanager
     def planted(self) -> Iterator[None]:
@@ -44,8 +46,9 @@ class Fault:
             change = self.read
 
             def read(*given: Any, **more: Any) -> Any:
-                arrays, facts = real(*given, **more)
-                return change(dict(arrays)), facts
+                arrays, facts = (dict(part) for part in real(*given, **more))
+                change(arrays, facts)
+                return arrays, facts
 
             container.read = read
         try:
@@ -127,14 +130,17 @@ def _stale_layout(real: Changed, view: Any, *given: Any) -> Any:
 # ---- Files ----
 
 
-def _swap_rows(arrays: dict[str, Array]) -> dict[str, Array]:
+def _swap_rows(arrays: dict[str, Array], facts: dict[str, str]) -> None:
     """Exchange the first and the last row of the primitives."""
     for name in ("segments", "control", "corners"):
         if name in arrays and len(arrays[name]) > 1:
             rows = np.arange(len(arrays[name]))
             rows[[0, -1]] = rows[[-1, 0]]
             arrays[name] = own(np.ascontiguousarray(arrays[name][rows]))
-    return arrays
+
+
+def _lose_frame(arrays: dict[str, Array], facts: dict[str, str]) -> None:
+    facts.pop("frame", None)
 
 
 # ---- Arguments and answers ----
@@ -181,6 +187,12 @@ def _without_last_pair(real: Changed, *given: Any) -> Any:
     return tuple(np.ascontiguousarray(column[:-1]) for column in real(*given))
 
 
+def _larger_distance(real: Changed, *given: Any) -> Any:
+    """Return distances that are a hundred-thousandth too large."""
+    *rest, distance = real(*given)
+    return *rest, distance * np.float32(1 + 1e-5)
+
+
 def _lost_ray(real: Changed, *given: Any) -> Any:
     """Let the last ray of a query on several threads have no hits."""
     counts = real(*given)
@@ -199,25 +211,35 @@ FAULTS = (
     Fault("two references are exchanged", "references of a layout", _in_blocks(_swap_references)),
     Fault("a refit leaves leaves where they were", "blocks of a refit", {"refit_layout": _stale_layout}),
     Fault("a file has two rows exchanged", "arrays of a file", {}, _swap_rows),
+    Fault("a file has lost its frame", "facts of a file", {}, _lose_frame),
     Fault("the radius is a millionth too small", "rays", dict.fromkeys(("any_hit", "count_hits"), _smaller_radius)),
     Fault("t_max is left out", "rays", dict.fromkeys(("first_hit", "count_hits"), _end_excluded)),
     Fault("ties are in the wrong order", "lists of hits", {"list_hits": _last_of_ties}),
     Fault("hits at the end of a line are lost", "first hits", {"first_hit": _without_ends}),
     Fault("the k-th neighbour is wrong", "nearest", {"nearest": _wrong_last_neighbour}),
     Fault("a pair is lost", "pairs", {"pairs": _without_last_pair}),
+    Fault(
+        "distances of pairs are 1e-5 too large",
+        "pairs, brute force too",
+        dict.fromkeys(("pairs", "brute_force_pairs"), _larger_distance),
+        is_of_both=True,
+    ),
     Fault("the last ray of several threads is lost", "counts", {"count_hits": _lost_ray}),
 )
 
 
 @dataclass(frozen=True)
 class Trial:
-    """How soon a planted fault was found; never if `found` is None."""
+    """How soon a planted fault was found."""
 
     name: str
     where: str
-    found: Found | None
+    is_found: bool
     seconds: float
     n_cases: int
+    #: The case that differs, unless both sides have the fault; and what shows it.
+    found: Found | None
+    shown_by: str
 
 
 def run_trial(fault: Fault, plan: Plan, progress: Progress, tell: Callable[[str], None]) -> Trial:
@@ -225,13 +247,15 @@ def run_trial(fault: Fault, plan: Plan, progress: Progress, tell: Callable[[str]
     summary, start, share = Summary(plan, most_shrunk=1), time.monotonic(), 0.0
     with fault.planted():
         for number in count():
-            if is_decisions(number, plan.choice):
+            if is_decisions(number, plan.choice) != fault.is_of_both:
                 continue
             run_case(summary, number, tell)
             share = (time.monotonic() - start) / (60 * plan.minutes)
-            if summary.found or share > 1:
+            if not summary.is_clean or share > 1:
                 break
             progress(f"planted: {fault.name}", share)
     found = summary.found[0] if summary.found else None
     seconds = (found.at if found else time.monotonic()) - start
-    return Trial(fault.name, fault.where, found, seconds, summary.n_cases)
+    values = summary.tally.values.examples
+    size = found.size if found else "" if summary.is_clean else (values or summary.tally.examples)[0]
+    return Trial(fault.name, fault.where, not summary.is_clean, seconds, summary.n_cases, found, size)

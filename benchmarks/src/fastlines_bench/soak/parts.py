@@ -37,9 +37,32 @@ class Part:
         """Return the part with these rows alone."""
         return replace(self, rows={name: values[keep] for name, values in self.rows.items()})
 
-    def made(self, offset: tuple[float, ...] | None = None) -> Any:
-        """Return the container, moved by an offset that it subtracts again."""
-        return MAKERS[self.kind](self.rows, self.options, offset)
+    def made(self, offset: tuple[float, ...] | None = None, spoiled: tuple[int, ...] = ()) -> Any:
+        """Return the container, moved by an offset that it subtracts again; spoiled rows are given, and skipped."""
+        rows, options = self.rows, self.options
+        if spoiled:
+            rows = {name: np.insert(values, spoiled, _nothing(values), axis=0) for name, values in rows.items()}
+            options = {**options, "invalid": "skip"}
+        return MAKERS[self.kind](rows, options, offset)
+
+    def with_corners(self, low: Array, high: Array) -> Part:
+        """Return the part with more rows at its end, whose box has these corners."""
+        ends = np.stack([low, high])[None].astype(np.float32)
+        match self.kind:
+            case "lines" | "cones":
+                more = {"ends": ends, "moved": ends}
+            case "spheres" | "own class":
+                more = {"centres": ends[0]}
+            case "curves":
+                more = {"control": ends[:, [0, 0, 1, 1]]}
+            case kind:
+                more = {"corners": ends[:, [0, 0, 1]] if kind == "triangles" else ends}
+        n = len(next(iter(more.values())))
+        rows = {}
+        for name, values in self.rows.items():
+            nothing = np.zeros((n, *values.shape[1:])) + (values.max(initial=-1) + 1 if name == "strands" else 0)
+            rows[name] = np.concatenate([values, more.get(name, nothing)]).astype(values.dtype)
+        return replace(self, rows=rows)
 
     def corners(self) -> Array:
         """Return the points of all primitives, (n, …, 3)."""
@@ -52,19 +75,27 @@ def _placed(points: Array, offset: tuple[float, ...] | None) -> Array:
     return points if offset is None else points.astype(np.float64) + np.array(offset)
 
 
+def _nothing(values: Array) -> Any:
+    """Return what no row of a container may hold."""
+    return np.nan if values.dtype.kind == "f" else 0
+
+
 def _lines(rows: dict[str, Array], options: dict[str, Any], offset: tuple[float, ...] | None) -> fl.Lines:
     more: Any = {name: rows[name] for name in ("radius", "strands") if name in rows}
+    more["invalid"] = options.get("invalid", "error")
     return fl.Lines.from_segments(_placed(rows["ends"], offset), offset=offset, **more)
 
 
 def _spheres(rows: dict[str, Array], options: dict[str, Any], offset: tuple[float, ...] | None) -> fl.Spheres:
-    return fl.Spheres.from_centres(_placed(rows["centres"], offset), rows["radius"], offset=offset)
+    invalid = options.get("invalid", "error")
+    return fl.Spheres.from_centres(_placed(rows["centres"], offset), rows["radius"], offset=offset, invalid=invalid)
 
 
 def _curves(rows: dict[str, Array], options: dict[str, Any], offset: tuple[float, ...] | None) -> fl.Curves:
     given = _placed(rows["control"], offset)
     strands, tolerance = rows.get("strands"), options["tolerance"]
-    return fl.Curves.from_bezier(given, rows["radius"], strands=strands, tolerance=tolerance, offset=offset)
+    more: Any = {"strands": strands, "tolerance": tolerance, "invalid": options.get("invalid", "error")}
+    return fl.Curves.from_bezier(given, rows["radius"], **more, offset=offset)
 
 
 #: What makes a container of a kind, from rows, options and an offset.

@@ -65,6 +65,9 @@ def random_question(rng: Random, scene: Scene, query: str) -> Question:
         options = {"radius": float(np.float32(scene.size * 10 ** rng.uniform(-4, 0.3)))}
     else:
         rows, options = {}, _pairs(rng, scene, query)
+    if query in (*RAY_QUERIES, *POINT_QUERIES) and rng.random() < 0.15:
+        _spoil(rng, rows)
+        options["invalid"] = "skip"
     if query not in RAY_QUERIES and rng.random() < 0.5:
         options["to"] = str(rng.choice(["axis", "surface"]))
     n_threads = int(rng.integers(1, 5))
@@ -141,6 +144,18 @@ def _touch(rng: Random, scene: Scene, rows: dict[str, Array]) -> None:
         radius = touching[hits.offsets[ray] + rng.integers(hits.counts[ray])]
         aside = [radius, np.nextafter(radius, np.float32(np.inf)), np.nextafter(radius, np.float32(0))]
         rows["radius"][ray] = max(aside[int(rng.integers(3))], np.float32(0))
+
+
+def _spoil(rng: Random, rows: dict[str, Array]) -> None:
+    """Make some rays or points such that they can not be asked: NaN, infinite, too far away, or without a direction."""
+    name = str(rng.choice([name for name in ("origins", "directions", "points") if name in rows]))
+    values, n = rows[name].copy(), len(rows[name])
+    for row in rng.permutation(n)[: int(rng.integers(1, 2 + n // 4))]:
+        if name == "directions" and rng.random() < 0.3:
+            values[row] = 0
+        else:
+            values[row, rng.integers(3)] = rng.choice([np.nan, np.inf, -np.inf, 1e35])
+    rows[name] = values
 
 
 def _leave_out(rng: Random, scene: Scene, rows: dict[str, Array], options: dict[str, Any]) -> None:

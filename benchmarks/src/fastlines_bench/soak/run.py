@@ -19,9 +19,10 @@ from .answers import RAY_QUERIES
 from .builds import builder_name
 from .case import Case
 from .compare import difference, is_same_kind, outcomes
-from .decisions import DECIDED, Tally, check_decisions
+from .decisions import DECIDED, check_decisions
 from .draw import Choice, draw_case
 from .shrink import shrink
+from .tally import Tally
 from .write import write_test
 
 Progress: TypeAlias = Callable[[str, float], None]
@@ -116,12 +117,12 @@ class Summary:
     @property
     def is_clean(self) -> bool:
         """Whether nothing differs."""
-        return not self.found and not sum(self.tally.wrong.values())
+        return not self.found and not self.tally.n_wrong
 
     def to_json(self) -> dict[str, Any]:
         """Return the summary for a file."""
         columns = ("geometry", "query", "builder", "kernel", "simd")
-        tally = self.tally
+        tally, values = self.tally, self.tally.values
         return {
             "format": "fastlines-bench soak 1",
             "machine": describe(),
@@ -136,6 +137,10 @@ class Summary:
             "decisions": [
                 {"shape": key[0], "scene": key[1], "simd": key[2], "n": n, "wrong": tally.wrong[key]}
                 for key, n in sorted(tally.n.items())
+            ],
+            "values": [
+                {"value": key[0], "simd": key[1], "n": n, "wrong": values.wrong[key], "largest": values.largest[key]}
+                for key, n in sorted(values.n.items())
             ],
             "in_band": tally.n_in_band,
             "refused_batches": tally.n_refused,
@@ -183,6 +188,8 @@ def _decide(summary: Summary, number: int, tell: Callable[[str], None]) -> None:
     summary.tally.add(tally)
     for example in tally.examples:
         tell(f"case {number}: a wrong decision of {example}")
+    for example in tally.values.examples:
+        tell(f"case {number}: a wrong value: {example}")
 
 
 def _compare(summary: Summary, number: int, tell: Callable[[str], None]) -> None:
@@ -220,6 +227,8 @@ def _count(summary: Summary, case: Case) -> None:
         )
     for name, is_on in (
         ("offset", case.offset is not None),
+        ("frame", case.frame is not None),
+        ("skipped rows", case.spoiled),
         ("presplit", "presplit" in case.build),
         ("reinsertion", case.build.get("reinsertion")),
         ("lookahead", "lookahead" in case.build),

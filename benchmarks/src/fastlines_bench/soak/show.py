@@ -11,6 +11,7 @@ from ..harness.internals import counted
 from ..harness.tables import new_table, print_table, wide_console
 from .faults import Trial
 from .run import Answer, Summary
+from .values import Values
 from .write import text_of_test
 
 #: The keys of the answers that a summary counts.
@@ -26,6 +27,7 @@ def print_summary(summary: Summary) -> None:
         text = ", ".join(f"{name} {n:,}" for name, n in sorted(counts.items()) if n)
         console.print(f"[bold]answers by {title}:[/] {text}" if text else f"no {title}", highlight=False)
     _print_decisions(console, summary)
+    _print_values(console, summary.tally.values)
     _print_end(console, summary)
 
 
@@ -54,12 +56,24 @@ def _print_decisions(console: Console, summary: Summary) -> None:
         for name in sorted({key[at] for key in tally.n}):
             table.add_row(name, *_figures(tally.n, at, name, sets), *_figures(tally.wrong, at, name, sets))
         print_table(console, table)
-    for what in ("ray", "point"):
-        keys = [key for key in tally.n if f", {what}s" in key[0]]
+    for what in ("rays", "points", "pairs", "boxes of space"):
+        keys = [key for key in tally.n if f", {what}" in key[0]]
         n, wrong = (sum(counts[key] for key in keys) for counts in (tally.n, tally.wrong))
-        console.print(f"{what}–primitive decisions outside the band: {n:,}, wrong: {wrong:,}", highlight=False)
+        console.print(f"decisions about {what} outside the band: {n:,}, wrong: {wrong:,}", highlight=False)
     in_band, refused = f"{tally.n_in_band:,} decisions", counted(tally.n_refused, "batches")
     console.print(f"{in_band} are in the band; {refused} were refused", highlight=False)
+
+
+def _print_values(console: Console, values: Values) -> None:
+    """Print how many values were compared, and how much of their bound the largest error takes, on all sets."""
+    if not values.n:
+        return
+    table = new_table("values beside float64", ["value"], ["n", "off by more", "largest error, of its bound"])
+    for name in sorted({key[0] for key in values.n}):
+        keys = [key for key in values.n if key[0] == name]
+        n, wrong = (sum(counts[key] for key in keys) for counts in (values.n, values.wrong))
+        table.add_row(name, f"{n:,}", f"{wrong:,}", f"{max(values.largest[key] for key in keys):.2f}")
+    print_table(console, table)
 
 
 def _figures(counts: Counter[tuple[str, str, str]], at: int, name: str, sets: Iterable[str]) -> list[str]:
@@ -85,8 +99,8 @@ def _print_end(console: Console, summary: Summary) -> None:
 
 def print_trials(trials: Iterable[Trial]) -> None:
     """Print how soon each planted fault was found."""
-    table = new_table("planted faults", ["fault"], ["found after (s)", "cases"], ["shrunk to", "where"])
+    table = new_table("planted faults", ["fault"], ["found after (s)", "cases"], ["shown by", "where"])
     for trial in trials:
-        after = "not found" if trial.found is None else f"{trial.seconds:.1f}"
-        table.add_row(trial.name, after, f"{trial.n_cases:,}", trial.found.size if trial.found else "", trial.where)
+        after = f"{trial.seconds:.1f}" if trial.is_found else "not found"
+        table.add_row(trial.name, after, f"{trial.n_cases:,}", trial.shown_by, trial.where)
     print_table(wide_console(), table)

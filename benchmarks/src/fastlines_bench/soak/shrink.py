@@ -63,6 +63,10 @@ def _without_settings(case: Case, fails: Fails) -> Case:
             yield replace(case, steps=case.steps[:i] + case.steps[i + 1 :])
         if case.offset is not None:
             yield replace(case, offset=None)
+        if case.spoiled:
+            yield replace(case, spoiled=case.spoiled[1:])
+        if case.frame is not None:
+            yield replace(case, frame=None)
         for i in range(len(case.parts)):
             if len(case.parts) > 1:
                 yield replace(case, parts=case.parts[:i] + case.parts[i + 1 :])

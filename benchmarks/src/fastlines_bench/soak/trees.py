@@ -14,7 +14,7 @@ import numpy as np
 import fastlines as fl
 
 from ..harness.internals import as_geometry, num_threads, write_forest
-from .case import Case
+from .case import FORESTS, Case
 from .parts import Part
 
 
@@ -23,14 +23,17 @@ class Subject:
     """What answers the questions of a case, and the geometry by which brute force answers them."""
 
     tree: Any
+    #: What brute force answers by: the geometry of the tree, or of a scene that has its frame.
     geometry: Any
+    #: The number of primitives of the tree; what comes after them makes the scene as large as the frame.
+    n_prims: int
     #: What rays and points are less of: the offset, for a tree without its offset.
     less: tuple[float, ...] | None = None
 
 
-def geometry_of(case: Case) -> Any:
-    """Return the geometry that a case builds its tree over."""
-    made = [part.made(case.offset) for part in case.parts]
+def geometry_of(case: Case, spoiled: tuple[int, ...] = ()) -> Any:
+    """Return the geometry of a case, with spoiled rows or without."""
+    made = [part.made(case.offset, spoiled) for part in case.parts]
     return as_geometry(made[0] if len(made) == 1 else fl.Geometry(made))
 
 
@@ -52,13 +55,13 @@ def on(simd: str | None, n_threads: int) -> Iterator[None]:
 
 def subject_of(case: Case, folder: Path) -> Subject:
     """Build the tree of a case, and do with it what the steps say."""
-    geometry = geometry_of(case)
-    if "forest" in case.steps:
-        tile_of = np.arange(len(geometry)) * 7 % max(1, min(case.n_tiles, len(geometry)))
-        given = {name: value for name, value in case.build.items() if name != "method"}
-        forest = write_forest(geometry, folder / "forest", tile_of, case.build.get("method"), **given)
-        return Subject(forest, geometry)
-    tree: Any = fl.build(geometry, **case.build)
+    geometry, given = geometry_of(case), geometry_of(case, case.spoiled)
+    n_prims = len(geometry)
+    if set(case.steps) & set(FORESTS):
+        return Subject(_forest(case, given, folder), geometry, n_prims)
+    tree: Any = fl.build(given, **case.build, frame=case.frame)
+    if case.frame is not None:
+        geometry = geometry_of(case.whole)
     less = None
     for step in case.steps:
         match step:
@@ -77,4 +80,18 @@ def subject_of(case: Case, folder: Path) -> Subject:
             case "forest of one file":
                 tree.save(folder / "tree.flt", layout=True)
                 tree = fl.Forest(folder / "tree.flt")
-    return Subject(tree, geometry, less)
+    return Subject(tree, geometry, n_prims, less)
+
+
+def _forest(case: Case, lines: fl.Lines, folder: Path) -> fl.Forest:
+    """Write a forest whose tiles are given, or build one; a mapped one answers by tasks."""
+    (step,) = case.steps
+    n_tiles = max(1, min(case.n_tiles, len(lines)))
+    if step == "forest":
+        settings = {name: value for name, value in case.build.items() if name != "method"}
+        tile_of = np.arange(len(lines)) * 7 % n_tiles
+        return write_forest(lines, folder / "forest", tile_of, case.build.get("method"), **settings)
+    most = -(-len(lines) // n_tiles) or 1
+    offset = case.offset if len(lines) else None
+    forest = fl.build_forest([lines], folder / "forest", max_segments=most, offset=offset, **case.build)
+    return forest.on(map) if step == "mapped forest" else forest

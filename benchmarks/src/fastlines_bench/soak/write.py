@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from . import balls
-from .answers import OF_SURFACES, PAIR_COLUMNS, POINT_QUERIES, RAY_QUERIES
+from .answers import OF_SURFACES, PAIR_COLUMNS, POINT_QUERIES, RAY_QUERIES, left_out
 from .builds import text_of
-from .case import Case, Question
+from .case import FORESTS, Case, Question
 from .parts import Part
 from .scenes import Array
 
@@ -95,21 +95,25 @@ def _imports(text: str) -> list[str]:
     lines += ["import numpy as np", "", "import fastlines as fl"]
     if "write_forest" in text:
         lines += ["from fastlines.forest.writing import write_forest"]
-    names = [("inf", "np.inf", "inf"), ("x", "float.fromhex", 'x("')]
+    names = [("inf", "np.inf", "inf"), ("nan", "np.nan", "nan"), ("x", "float.fromhex", 'x("')]
     used = [f"{name} = {value}" for name, value, sign in names if sign in text]
     return [*lines, "", *used] if used else lines
 
 
-def _part_text(part: Part, offset: tuple[float, ...] | None, ends: str) -> str:
-    """Return Python that makes a container."""
+def _part_text(part: Part, offset: tuple[float, ...] | None, ends: str, spoiled: tuple[int, ...] = ()) -> str:
+    """Return Python that makes a container; spoiled rows are given, and skipped."""
     rows = part.rows
 
-    def placed(name: str) -> str:
+    def given(name: str) -> str:
         text = array_text(rows[name])
-        return text if offset is None else f"{text}.astype(np.float64) + offset"
+        nothing = "np.nan" if rows[name].dtype.kind == "f" else "0"
+        return f"np.insert({text}, {list(spoiled)}, {nothing}, axis=0)" if spoiled else text
 
-    how = "" if offset is None else ", offset=offset"
-    more = "".join(f", {name}={array_text(rows[name])}" for name in ("radius", "strands") if name in rows)
+    def placed(name: str) -> str:
+        return given(name) if offset is None else f"{given(name)}.astype(np.float64) + offset"
+
+    how = ("" if offset is None else ", offset=offset") + (', invalid="skip"' if spoiled else "")
+    more = "".join(f", {name}={given(name)}" for name in ("radius", "strands") if name in rows)
     match part.kind:
         case "lines" | "cones":
             return f"fl.Lines.from_segments({placed(ends)}{more}{how})"
@@ -126,9 +130,17 @@ def _part_text(part: Part, offset: tuple[float, ...] | None, ends: str) -> str:
 
 def _geometry(case: Case) -> list[str]:
     lines = [] if case.offset is None else [f"offset = np.array({list(case.offset)})"]
-    texts = [_part_text(part, case.offset, "ends") for part in case.parts]
-    lines.append(f"geometry = {texts[0] if len(texts) == 1 else 'fl.Geometry([' + ', '.join(texts) + '])'}")
+    lines.append(f"geometry = {_container(case)}")
+    if case.spoiled:
+        lines.append(f"given = {_container(case, case.spoiled)}")
+    if case.frame is not None:
+        lines.append(f"whole = {_container(case.whole)}  # its box is the frame")
     return lines
+
+
+def _container(case: Case, spoiled: tuple[int, ...] = ()) -> str:
+    texts = [_part_text(part, case.offset, "ends", spoiled) for part in case.parts]
+    return texts[0] if len(texts) == 1 else f"fl.Geometry([{', '.join(texts)}])"
 
 
 def _environment(question: Question | None) -> list[str]:
@@ -141,14 +153,13 @@ def _environment(question: Question | None) -> list[str]:
 
 
 def _tree(case: Case) -> list[str]:
-    given = dict(case.build)
-    if "forest" in case.steps:
-        method, n = given.pop("method", None), max(1, case.n_tiles)
-        settings = "".join(f", {name}={text_of(value)}" for name, value in given.items())
-        tiles = f"np.arange(len(geometry)) * 7 % max(1, min({n}, len(geometry)))"
-        return [f'tree = write_forest(geometry, tmp_path / "forest", {tiles}, {method!r}{settings})']
+    given, name = dict(case.build), "given" if case.spoiled else "geometry"
+    if set(case.steps) & set(FORESTS):
+        return _forest(case, given, name)
     settings = "".join(f", {name}={text_of(value)}" for name, value in given.items())
-    lines = [f"tree = fl.build(geometry{settings})"]
+    if case.frame is not None:
+        settings += f", frame={array_text(case.frame)}"
+    lines = [f"tree = fl.build({name}{settings})"]
     for step in case.steps:
         match step:
             case "layout":
@@ -172,14 +183,26 @@ def _tree(case: Case) -> list[str]:
     return lines
 
 
+def _forest(case: Case, given: dict[str, Any], name: str) -> list[str]:
+    n_tiles = f"max(1, min({case.n_tiles}, len({name})))"
+    method = given.pop("method", None) if case.steps == ("forest",) else None
+    settings = "".join(f", {name}={text_of(value)}" for name, value in given.items())
+    if case.steps == ("forest",):
+        tiles = f"np.arange(len({name})) * 7 % {n_tiles}"
+        return [f'tree = write_forest({name}, tmp_path / "forest", {tiles}, {method!r}{settings})']
+    settings += "" if case.offset is None or not case.n_prims else ", offset=offset"
+    on = ".on(map)" if case.steps == ("mapped forest",) else ""
+    most = f"max_segments=-(-len({name}) // {n_tiles}) or 1"
+    return [f'tree = fl.build_forest([{name}], tmp_path / "forest", {most}{settings}){on}']
+
+
 def _asked(case: Case, question: Question) -> list[str]:
     """Return the lines that ask both sides, and compare the answers."""
     query, options = question.query, dict(question.options)
     lines = ["asked = {"]
     for name, values in {**question.rows, **options}.items():
         if name == "channels":
-            lines.append(f'    "values": (np.arange(len(geometry) * {values}) * 7 % 11 / 8 + 0.25)')
-            lines[-1] += f".reshape(-1, {values}),"
+            lines.append(f'    "values": {_values("geometry", values)},')
             continue
         moves = case.offset is not None and name in ("origins", "points", "low", "high")
         lines.append(f'    "{name}": {value_text(values)}{".astype(np.float64) + offset" if moves else ""},')
@@ -194,7 +217,17 @@ def _asked(case: Case, question: Question) -> list[str]:
         lines.append(f"second = {_part_text(question.other, case.offset, 'ends')}")
         lines.append("other = fl.build(second)" + (".without_offset()" if "without offset" in case.steps else ""))
     kernel = f', kernel="{question.kernel}"' if query in RAY_QUERIES and question.kernel != "auto" else ""
-    return lines + _compared(query, less, kernel, question.other is not None)
+    compared = _compared(query, less, kernel, question.other is not None)
+    if case.frame is not None:
+        ignored = left_out({**question.rows, **options}, case.n_prims, case.whole.n_prims)
+        more = f', "values": {_values("whole", options["channels"])}' if "channels" in options else ""
+        beside = f'(whole, **asked | {{"ignore": {array_text(ignored)}{more}}}'
+        compared = [line.replace("(geometry, **asked", beside) for line in compared]
+    return lines + compared
+
+
+def _values(name: str, n_channels: int) -> str:
+    return f"(np.arange(len({name}) * {n_channels}) * 7 % 11 / 8 + 0.25).reshape(-1, {n_channels})"
 
 
 def _compared(query: str, less: str, kernel: str, has_other: bool) -> list[str]:
