@@ -1,8 +1,8 @@
 """Which primitives are in boxes of space, in wider numbers than float64, and where that is certain.
 
 A primitive is in a box if they share a point (docs/answers.md). A line or a triangle is certain if it is in the box
-that is smaller by the band on all sides, or is not in the larger one. A round cone is certain if the least distance of its
-axis from the box, less the radius there, is farther from 0 than the band.
+that is smaller by the band on all sides, or is not in the larger one. A round cone is certain if the least distance
+of its axis from the box, less the radius there, is farther from 0 than the band.
 """
 
 from __future__ import annotations
