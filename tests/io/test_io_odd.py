@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import errno
 import gzip
 import re
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -166,3 +168,44 @@ def test_bytes_that_were_dropped_are_not_an_empty_file():
     ):
         with pytest.raises(RuntimeError, match=r"a\.xyz: its bytes are needed after they were dropped"):
             ask()
+
+
+class Broken:
+    """A file that the disk cannot read."""
+
+    def __init__(self, file):
+        self.file = file
+
+    def read(self, *_):
+        raise OSError(errno.EIO, "Input/output error")
+
+    read1 = readinto = read
+
+    def __getattr__(self, name):
+        return getattr(self.file, name)
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.file.close()
+
+
+@pytest.mark.filterwarnings("ignore::fastlines.FileWarning")
+@pytest.mark.parametrize("extension", [".npy", ".tck", ".trk", ".txt", ".ply", ".tck.gz", ".flt"])
+def test_a_disk_that_cannot_be_read_is_named(tmp_path, monkeypatch, extension):
+    path = tmp_path / f"a{extension}"
+    lines = fl.Lines.from_strands([[[0, 0, 0], [1, 1, 1], [2, 1, 0]]])
+    if extension == ".flt":
+        fl.build(lines).save(path)
+    else:
+        fl.write(path, lines)
+    opened = Path.open
+    monkeypatch.setattr(Path, "open", lambda path, *mode: Broken(opened(path, *mode)))
+
+    def cannot_map(*_):
+        raise OSError(errno.EIO, "Input/output error")
+
+    monkeypatch.setattr("fastlines.support.container.np.memmap", cannot_map)
+    with pytest.raises(OSError, match=r"^\[Errno 5\] Input/output error: '.*a\..*'$"):
+        (fl.load if extension == ".flt" else fl.read)(path)

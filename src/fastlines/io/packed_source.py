@@ -9,7 +9,7 @@ from typing import BinaryIO
 
 from ..progress import ProgressCallback
 from . import source
-from .source import BAD_COPY, Source, reason
+from .source import BAD_COPY, Source, named, reason
 
 _MAGIC = b"\x1f\x8b"
 #: How many of the last bytes are kept.
@@ -95,9 +95,9 @@ class PackedSource(Source):
         except Exception as error:  # gzip's own errors, and any of zlib and struct
             if self.stopped is not None:
                 raise
-            if getattr(error, "errno", None) is not None:
-                self.stopped = error
-                raise
+            if isinstance(error, OSError) and error.errno is not None:
+                self.stopped = named(error, self.name)
+                raise self.stopped from None
             if not (n_bytes and str(error).startswith("Not a gzipped file")):
                 raise self.error(f"not a whole gzip file ({reason(error)}); {BAD_COPY}") from None
             if not self._has_more:

@@ -29,7 +29,7 @@ from ..support.warn_caller import warn_caller
 from . import table
 from .format import AnyLines, Format
 from .packed_source import PackedSource
-from .source import BAD_COPY, Source, reason
+from .source import BAD_COPY, Source, named, reason
 
 #: So many of the first bytes of a file tell its format, if its extension does not.
 N_START = 64
@@ -190,6 +190,8 @@ def parsing(row: Format, source: Source) -> Iterator[None]:
         if isinstance(error, _DAMAGE) and not isinstance(error, FastlinesError):
             kind = type(error).__name__
             raise source.error(f"cannot be read as {row.name} ({kind}: {reason(error)}); {BAD_COPY}") from error
+        if isinstance(error, OSError):
+            raise named(error, source.name) from None
         raise
 
 
@@ -237,8 +239,12 @@ def open_source(path: Path, row: Format, progress: ProgressCallback | None = Non
         yield Source(b"", str(path), path, progress)
         return
     with path.open("rb") as file:
-        source = _open(file, path, progress)
-        yield source.as_utf8() if row.text else source
+        try:
+            source = _open(file, path, progress)
+            opened = source.as_utf8() if row.text else source
+        except OSError as error:
+            raise named(error, str(path)) from None
+        yield opened
 
 
 def _open(file: BinaryIO, path: Path, progress: ProgressCallback | None) -> Source:

@@ -42,6 +42,13 @@ _XML_ENCODING = re.compile(r"\A(\s*<\?xml[^>]*encoding\s*=\s*[\"'])[\w-]+")
 BAD_COPY = "the file is cut short or damaged: get a fresh copy"
 
 
+def named(error: OSError, name: str) -> OSError:
+    """Return an error of the system that names its file; that of a read does not."""
+    if error.errno is None or error.filename is not None or name in str(error):
+        return error
+    return OSError(error.errno, error.strerror, name)
+
+
 def reason(error: Exception) -> str:
     """Describe an error of another library in one short printable line."""
     words = " ".join(str(error).split()) or type(error).__name__
@@ -155,8 +162,8 @@ class Source:
                 self.advance(len(piece))
                 yield piece
         except OSError as error:
-            self.stopped = error
-            raise
+            self.stopped = named(error, self.name)
+            raise self.stopped from None
 
     def advance(self, n_bytes: int) -> None:
         """Report that `n_bytes` more are read or parsed."""

@@ -127,7 +127,10 @@ def read(
         raise FileFormatError(f"{path} is not a regular file; expected a tree file, which can be mapped into memory")
     if size < 8:
         raise refuse(f"it has {size} bytes")
-    raw = np.memmap(path, np.uint8, "r")
+    try:
+        raw = np.memmap(path, np.uint8, "r")
+    except OSError as error:
+        raise OSError(error.errno, error.strerror, os.fspath(path)) from None
     length = int.from_bytes(raw[:8].tobytes(), "little")
     if length > min(MAX_HEADER, size - 8):
         raise refuse("it does not begin like one (if it holds lines, fl.read reads it)")

@@ -1,4 +1,4 @@
-"""``fastlines-bench faults``: allocations, threads, and calls that write files fail in turn."""
+"""``fastlines-bench faults``: allocations, threads, and calls that write or read files fail in turn."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from .app import app
 from .options import JsonFile, check_files, check_names, progress_bar, write_json
 
 
-@app.command(short_help="Allocations, threads, and calls that write files fail in turn.")
+@app.command(short_help="Allocations, threads, and calls that write or read files fail in turn.")
 def faults(
     only: Annotated[
         list[str] | None,
-        typer.Option("--only", metavar="NAME,…", help="What fails: memory, files; the default is both."),
+        typer.Option("--only", metavar="NAME,…", help="What fails: memory, library, files, reads; the default is all."),
     ] = None,
     operation: Annotated[
         str | None,
@@ -27,12 +27,13 @@ def faults(
     ] = None,
     json_file: JsonFile = None,
 ) -> None:
-    """Make each allocation, each new thread, and each call that writes a file fail in turn.
+    """Make each allocation, each new thread, and each call that writes or reads a file fail in turn.
 
     Each operation, such as a build, a query or a save, runs again and again, and another of its calls fails each time,
     until a run has no such call. After each failure there must be a MemoryError or a sentence, and the next call and a
     tree from before must answer as they did. A file must be the old one or the new one, and nothing else may be left.
-    The exit code is 1 if any failure was not handled. It needs Linux and a C++ compiler.
+    "library" are allocations and threads of the library for C++ and C, in a program of its own. The exit code is 1 if
+    any failure was not handled. It needs Linux and a C++ compiler.
 
     [bold]Examples[/]
 

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import contextlib
+import ctypes
 import hashlib
 import io
+import os
 import warnings
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -62,7 +64,7 @@ class FileOperations:
         rng = np.random.default_rng(3)
         self.rays = (rng.normal(0, 2, (N_RAYS, 3)), rng.normal(0, 1, (N_RAYS, 3)))
         self.ray_file = folder / "rays.parquet"
-        self._write_rays()
+        write_rays(self.ray_file, self.rays)
 
     def __iter__(self) -> Iterator[FileOperation]:
         yield FileOperation("save", "a.flt", lambda path, i: self.trees[i].save(path), self._read_tree)
@@ -75,6 +77,7 @@ class FileOperations:
         yield FileOperation("picture", "a.png", lambda path, i: self._picture(i).save(path), digest)
         yield FileOperation("film", "a.gif", self._write_film, digest)
         yield FileOperation("query_parquet", "hits.parquet", self._query_parquet, self._read_parquet)
+        yield FileOperation("library save", "a.flt", self._save_by_library, self._read_tree)
         yield FileOperation("build_forest", "forest", self._build_forest, self._read_forest, goes_on=True)
         yield from self._commands()
 
@@ -89,6 +92,7 @@ class FileOperations:
         yield FileOperation("fastlines convert", "a.trk", command("convert", "{input}", "{output}"), self._read_lines)
         size = ("--width", "24", "--radius", "0.01")
         yield FileOperation("fastlines render", "a.png", command("render", "{input}", "-o", "{output}", *size), digest)
+        yield FileOperation("fastlines render --resume", "a.png", self._resume, digest, goes_on=True)
         yield FileOperation(
             "fastlines draw", "a.png", command("draw", "{input}", "--kind", "levels", "-o", "{output}"), digest
         )
@@ -122,13 +126,6 @@ class FileOperations:
 
         write_frames(path, [self._picture(i), self._picture(1 - i)])
 
-    def _write_rays(self) -> None:
-        import pyarrow as pa
-        import pyarrow.parquet as pq
-
-        columns = dict(zip(("x", "y", "z", "dx", "dy", "dz"), np.hstack(self.rays).T, strict=True))
-        pq.write_table(pa.table(columns), self.ray_file)
-
     def _query_parquet(self, path: Path, i: int) -> None:
         fl.query_parquet(self.trees[i], self.ray_file, path, radius=0.05)
 
@@ -137,11 +134,36 @@ class FileOperations:
 
         return pq.read_table(path).to_pydict()
 
+    def _save_by_library(self, path: Path, i: int) -> None:
+        library = ctypes.CDLL(str(next(Path(fl.get_lib()).glob("libfastlines.so*"))))
+        library.fl_error_message.restype = ctypes.c_char_p
+        tree, rows = ctypes.c_void_p(), np.ascontiguousarray(self.lines[i].segments)
+        if library.fl_build(rows.ctypes.data_as(ctypes.c_void_p), ctypes.c_size_t(len(rows)), None, ctypes.byref(tree)):
+            raise AssertionError(library.fl_error_message().decode())
+        status = library.fl_save(tree, os.fsencode(path))
+        library.fl_free_tree(tree)
+        if status:
+            raise FastlinesError(library.fl_error_message().decode())
+
+    def _resume(self, path: Path, i: int) -> None:
+        """Render in bands, with a state beside the picture that the next call goes on from."""
+        size = ("--width", "24", "--radius", "0.01", "--samples", "2")
+        run_command(["render", str(self.inputs[i]), "-o", str(path), *size, "--resume"])
+
     def _build_forest(self, path: Path, i: int) -> None:
         fl.build_forest(self.inputs[i], path, max_segments=300)
 
     def _read_forest(self, path: Path) -> Any:
         return arrays_of(fl.Forest(path).first_hit(*self.rays, 0.05))
+
+
+def write_rays(path: Path, rays: tuple[Any, Any]) -> None:
+    """Write rays as a table."""
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    columns = dict(zip(("x", "y", "z", "dx", "dy", "dz"), np.hstack(rays).T, strict=True))
+    pq.write_table(pa.table(columns), path)
 
 
 def written_formats() -> list[str]:

@@ -12,7 +12,7 @@ from typing import Any
 
 from ..harness.internals import FastlinesError
 from .file_operations import CommandError, FileOperation, FileOperations
-from .library import ALL, FailingFiles
+from .library import ALL, CHANGES, FailingFiles
 from .memory_worker import tell
 
 #: A disk that is full stays full; the other faults happen once.
@@ -43,7 +43,7 @@ class FileTrial:
             shutil.copytree(self.saved, self.folder, dirs_exist_ok=True)
         error: BaseException | None = None
         self.unraised.clear()
-        self.library.arm(self.folder, getattr(errno, self.mode), n, ALL if self.mode in STAYS else n)
+        self.library.arm(CHANGES, self.folder, getattr(errno, self.mode), n, ALL if self.mode in STAYS else n)
         try:
             self.operation.write(self.path, 1)
         except BaseException as caught:

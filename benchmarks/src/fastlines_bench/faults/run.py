@@ -11,10 +11,17 @@ from collections.abc import Callable, Iterable
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
-from .library import compile_library
+from .library import compile_library, compile_program
 
 #: Ways in which the calls of an operation fail, by what fails.
-MODES = {"memory": ("once", "ever", "threads"), "files": ("ENOSPC", "EIO", "EINTR")}
+MODES = {
+    "memory": ("once", "ever", "threads"),
+    "library": ("once", "ever", "threads"),
+    "files": ("ENOSPC", "EIO", "EINTR"),
+    "reads": ("EIO", "EINTR", "short"),
+}
+#: The library for LD_PRELOAD that makes them fail.
+PRELOADED = {"memory": "memory", "library": "memory", "files": "files", "reads": "files"}
 
 #: Deaths of a process after which an operation is given up, and seconds that one call may take.
 MAX_DEATHS, MAX_SECONDS = 8, 120
@@ -32,9 +39,30 @@ class Row:
     calls: dict[str, int] = field(default_factory=dict)
 
 
-def names(what: str) -> list[str]:
+@dataclass(frozen=True)
+class Compiled:
+    """What is compiled for a run: the libraries for LD_PRELOAD, and the program with the library for C++ and C."""
+
+    libraries: dict[str, Path]
+    program: Path | None
+
+    def command(self, what: str) -> list[str]:
+        """Return the command that runs an operation, but for its arguments."""
+        if what == "library":
+            return [str(self.program)]
+        return [sys.executable, "-m", f"{__package__}.{what}_worker"]
+
+
+def names(what: str, compiled: Compiled) -> list[str]:
     """Return the names of all operations."""
     with tempfile.TemporaryDirectory() as folder:
+        if what == "library":
+            command = [*compiled.command(what), folder]
+            return subprocess.run(command, capture_output=True, text=True, check=True).stdout.splitlines()
+        if what == "reads":
+            from .read_operations import ReadOperations
+
+            return [operation.name for operation in ReadOperations(Path(folder))]
         if what == "memory":
             from .memory_operations import Operations
 
@@ -44,13 +72,13 @@ def names(what: str) -> list[str]:
         return [operation.name for operation in FileOperations(Path(folder))]
 
 
-def run_operation(what: str, library: Path, name: str, mode: str) -> Row:
+def run_operation(what: str, compiled: Compiled, name: str, mode: str) -> Row:
     """Fail each call of an operation in turn; if its process dies, go on after that call in a new one."""
     row, first, n_deaths = Row(name, mode), 1, 0
     while n_deaths < MAX_DEATHS:
         with tempfile.TemporaryDirectory() as folder:
-            command = [sys.executable, "-m", f"{__package__}.{what}_worker", name, mode, str(first), folder]
-            environment = {**os.environ, "LD_PRELOAD": str(library)}
+            command = [*compiled.command(what), name, mode, str(first), folder]
+            environment = {**os.environ, "LD_PRELOAD": str(compiled.libraries[PRELOADED[what]])}
             process = subprocess.Popen(
                 command, env=environment, text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE
             )
@@ -80,12 +108,13 @@ def run_operation(what: str, library: Path, name: str, mode: str) -> Row:
 def run_faults(whats: Iterable[str], text: str | None, progress: Callable[[str, float], None]) -> dict[str, list[Row]]:
     """Fail the calls of all operations, or of those whose name contains a text, in all ways."""
     with tempfile.TemporaryDirectory() as folder:
-        libraries = {what: compile_library(what, Path(folder)) for what in whats}
-        rows: dict[str, list[Row]] = {what: [] for what in libraries}
-        tries = [(w, name, m) for w in libraries for name in names(w) if (text or "") in name for m in MODES[w]]
+        rows: dict[str, list[Row]] = {what: [] for what in whats}
+        libraries = {what: compile_library(what, Path(folder)) for what in {PRELOADED[what] for what in rows}}
+        compiled = Compiled(libraries, compile_program(Path(folder)) if "library" in rows else None)
+        tries = [(w, name, m) for w in rows for name in names(w, compiled) if (text or "") in name for m in MODES[w]]
         for i, (what, name, mode) in enumerate(tries):
             progress(f"{name}, {mode}", i / len(tries))
-            rows[what].append(run_operation(what, libraries[what], name, mode))
+            rows[what].append(run_operation(what, compiled, name, mode))
     return rows
 
 

@@ -15,6 +15,7 @@ MODES = {
     "ENOSPC": "the disk is full from one call on",
     "EIO": "one call fails with EIO",
     "EINTR": "one call is interrupted",
+    "short": "one call reads half",
 }
 
 #: Bytes that may stay in use for each fault: those of counters and caches of the interpreter.
@@ -37,11 +38,13 @@ def print_faults(rows: Mapping[str, Sequence[Row]]) -> None:
     console = wide_console()
     for what, of in rows.items():
         heads = ("operation", "what fails")
-        table = new_table(f"faults of {what}", heads, ("calls", "handled"), ("which",) if what == "files" else ())
+        table = new_table(
+            f"faults of {what}", heads, ("calls", "handled"), ("which",) if what in ("files", "reads") else ()
+        )
         for row in of:
             n_wrong = len({each.split(":")[0] for each in faults_of(row)})
             cells = (row.operation, MODES[row.mode], f"{row.n_calls:,}", f"{row.n_calls - n_wrong:,}")
-            table.add_row(*cells, *((calls_text(row),) if what == "files" else ()))
+            table.add_row(*cells, *((calls_text(row),) if what in ("files", "reads") else ()))
         print_table(console, table)
     for what, of in rows.items():
         for row in of:

@@ -22,7 +22,7 @@ def distance_of_pairs(ends: Array, radii: Array, other_ends: Array, other_radii:
     def value(s: Array) -> Array:
         points = ends[:, 0] + s[:, None] * (ends[:, 1] - ends[:, 0])
         own = radii[:, 0] + s * (radii[:, 1] - radii[:, 0])
-        return distance_from_cones(points, other_ends, other_radii, is_paired=True)[:, 0] - own
+        return np.asarray(distance_from_cones(points, other_ends, other_radii, is_paired=True)[:, 0] - own)
 
     low, high = np.zeros(len(ends)), np.ones(len(ends))
     least = np.minimum(value(low), value(high))

@@ -59,7 +59,7 @@ def _has_triangle(corners: Array, low: Array, high: Array) -> Array:
     axes: list[Array] = [np.eye(3, dtype=corners.dtype)[None, k] for k in range(3)]
     axes += [np.cross(edges[:, 0], edges[:, 1])]
     axes += [np.cross(edges[:, i], np.eye(3, dtype=corners.dtype)[k]) for i, k in product(range(3), range(3))]
-    is_apart = np.repeat((low > high).any(axis=1)[:, None], len(corners), axis=1)
+    is_apart = np.repeat(np.any(low > high, axis=1, keepdims=True), len(corners), axis=1)
     for axis in axes:
         along = np.einsum("nik,nk->ni", corners, np.broadcast_to(axis, (len(corners), 3)))
         with np.errstate(invalid="ignore"):

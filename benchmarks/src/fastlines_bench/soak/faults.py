@@ -46,7 +46,8 @@ class Fault:
             change = self.read
 
             def read(*given: Any, **more: Any) -> Any:
-                arrays, facts = (dict(part) for part in real(*given, **more))
+                found, said = real(*given, **more)
+                arrays, facts = dict(found), dict(said)
                 change(arrays, facts)
                 return arrays, facts
 
