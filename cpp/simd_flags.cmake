@@ -86,11 +86,12 @@ foreach(part engine_query engine_gather engine_points engine_pairs engine_in_box
 endforeach()
 
 # In nanobind's split mode, modules use the stable ABI of Python, and the package nanobind-backend has what depends on
-# Python's version. Where there is no such package, -DFASTLINES_BACKEND= links nanobind into each module.
+# Python's version. Where there is no such package, -DFASTLINES_BACKEND= links nanobind into each module. Modules keep
+# no state between calls, so free-threaded builds of Python run them without the GIL.
 set(FASTLINES_BACKEND nanobind_backend CACHE STRING "The Python module that has nanobind; empty links it statically")
-set(nanobind_mode NB_STATIC)
+set(nanobind_mode NB_STATIC FREE_THREADED)
 if(FASTLINES_BACKEND)
-  set(nanobind_mode BACKEND_MODULE ${FASTLINES_BACKEND})
+  set(nanobind_mode BACKEND_MODULE ${FASTLINES_BACKEND} FREE_THREADED)
 endif()
 
 # Compiles these sources of the target `name` as one unit.

@@ -90,7 +90,7 @@ void check_fma(Random& random) {
     const double product = double(x[i]) * double(y[i]);
     check(std::fabs(sum[i] - (z[i] + product)) < 3e-7, "fma(x, y, z)");
     check(std::fabs(difference[i] - (z[i] - product)) < 3e-7, "fnma(x, y, z)");
-    check(std::fabs(fma(x[i], y[i], z[i]) - (z[i] + product)) < 3e-7, "fma(x, y, z) of one float");
+    check(std::fabs(fastlines::fma(x[i], y[i], z[i]) - (z[i] + product)) < 3e-7, "fma(x, y, z) of one float");
   }
 }
 

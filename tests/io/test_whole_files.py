@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 from support.command_line import done, refused
 from support.patience import HANGS
+from support.windows import refuse_files_in_use
 
 import fastlines as fl
 from fastlines.rendering.pictures.images import write_depth, write_picture
@@ -297,6 +298,20 @@ def test_file_systems_that_can_neither_sync_nor_lock(tmp_path, monkeypatch):
     (tmp_path / LEFT_OVER).touch()
     TREE.save(tmp_path / "a.flt")
     assert names(tmp_path) == ["a.flt", LEFT_OVER], "nobody knows whether it is held"
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="reads /proc")
+def test_no_file_is_replaced_or_removed_while_it_is_open(tmp_path, monkeypatch):
+    """Windows refuses that."""
+    refuse_files_in_use(monkeypatch)
+    with (tmp_path / "open").open("w"), pytest.raises(PermissionError):
+        (tmp_path / "open").unlink()
+    (tmp_path / "open").unlink()
+    for _ in range(2):
+        TREE.save(tmp_path / "a.flt")
+    with pytest.raises(OSError, match="full"), atomic_write(tmp_path / "a.flt"):
+        raise OSError("the disk is full")
+    assert names(tmp_path) == ["a.flt"]
 
 
 # --- Errors ---

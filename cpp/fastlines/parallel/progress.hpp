@@ -41,8 +41,11 @@ class Progress {
     if (cancel.load(std::memory_order_relaxed)) throw Cancelled{};
     if (poll_ && std::this_thread::get_id() == watcher_) poll();
   }
-  /// Adds a fraction of the work to what is done.
-  void add(double share) { done.fetch_add(share, std::memory_order_relaxed); }
+  /// Adds a fraction of the work to what is done. libc++ has no fetch_add of doubles before version 18.
+  void add(double share) {
+    constexpr auto relaxed = std::memory_order_relaxed;
+    for (double before = done.load(relaxed); !done.compare_exchange_weak(before, before + share, relaxed);) continue;
+  }
 
  private:
   void poll() const {

@@ -59,12 +59,18 @@ def atomic_write(path: str | os.PathLike[str], *, durable: bool = True) -> Itera
     _remove_left_over(target)
     outer = sys.exc_info()[1]
     lock, partial = _create(target, 0o666 if before is None else 0o600, named)
+    stays_open = fcntl is not None  # Windows replaces and removes no file that is open
+    if not stays_open:
+        os.close(lock)
     try:
         yield partial
         if before is not None:
             _keep_owner_and_mode(partial, before)
         if durable:
-            _sync(lock)
+            if stays_open:
+                _sync(lock)
+            else:
+                _sync_file(partial)
         partial.replace(target)
         if durable:
             _sync_folder(target.parent)
@@ -80,8 +86,9 @@ def atomic_write(path: str | os.PathLike[str], *, durable: bool = True) -> Itera
     finally:
         with contextlib.suppress(OSError):
             partial.unlink()
-        with contextlib.suppress(OSError):  # nothing was written by this descriptor, and it is closed in any case
-            os.close(lock)
+        if stays_open:
+            with contextlib.suppress(OSError):  # nothing was written by this descriptor, and it is closed in any case
+                os.close(lock)
 
 
 def sync(path: str | os.PathLike[str]) -> None:
@@ -183,6 +190,11 @@ def _keep_owner_and_mode(partial: Path, before: os.stat_result) -> None:
         except (OSError, AttributeError):
             mode &= 0o1777  # no setuid or setgid for another owner
     partial.chmod(mode)
+
+
+def _sync_file(path: Path) -> None:
+    with path.open("r+b") as file:
+        _sync(file.fileno())
 
 
 def _sync_folder(path: Path) -> None:

@@ -20,6 +20,7 @@ import numpy as np
 import pytest
 from support.forests import strands
 from support.patience import HANGS
+from support.windows import refuse_files_in_use
 
 import fastlines as fl
 from fastlines.forest.building.journal import Journal
@@ -354,3 +355,11 @@ def test_a_build_that_must_wait_leaves_no_settings(tmp_path: Path) -> None:
     with pytest.raises(OSError, match="stopped"):
         fl.build_forest(slowly(), tmp_path / "forest", max_segments=130)
     assert '"max_segments": 130' in (tmp_path / "forest" / "build.json").read_text()
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="reads /proc")
+def test_no_file_is_removed_while_it_is_open_or_mapped(tmp_path, monkeypatch):
+    """Windows refuses that."""
+    refuse_files_in_use(monkeypatch)
+    fl.build_forest(list(chunks(3)), tmp_path / "forest", max_segments=100)
+    assert not list(tmp_path.rglob("lock"))

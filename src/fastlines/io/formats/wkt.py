@@ -14,7 +14,6 @@ from __future__ import annotations
 import csv
 import io
 import re
-import sys
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -32,6 +31,8 @@ DELIMITERS = ",;\t|"
 _NO_DELIMITER = "\x1f"
 #: Reference systems whose unit is the degree: WGS 84 and those of North America and Europe like it.
 DEGREES = frozenset(("4326", "4269", "4258", "4979"))
+#: The most characters of a field that the csv module takes as a limit everywhere: it is a C long, of 32 bits on Windows.
+_MAX_FIELD = 2**31 - 1
 #: Guards the two numbers below.
 _LOCK = threading.Lock()
 #: The limit of the csv module on fields is global: how many readers need none, and what it was before them.
@@ -188,7 +189,7 @@ def _long_fields() -> Iterator[None]:
     global _n_readers, _limit
     with _LOCK:
         if _n_readers == 0:
-            _limit = csv.field_size_limit(sys.maxsize)
+            _limit = csv.field_size_limit(_MAX_FIELD)
         _n_readers += 1
     try:
         yield
