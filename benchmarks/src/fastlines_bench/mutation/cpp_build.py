@@ -1,0 +1,197 @@
+"""The mutated copy of a checkout, compiled once: the Python modules, and programs of the C++ tests."""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from fastlines import InputError
+
+from .cpp_mutants import CORE, Found, mutated
+
+#: The C++ tests that run beside those in Python.
+PROGRAMS = (
+    "answers",
+    "collapse_plan",
+    "cut",
+    "gather",
+    "in_box",
+    "leaf_cull",
+    "pairs",
+    "point_cull",
+    "points",
+    "ray_bundle",
+    "round_cones",
+    "shapes",
+    "split_sets",
+    "traverse",
+)
+HEADER = Path(__file__).with_name("mutants.hpp")
+_COPIED = ("cpp", "src", "examples", "CMakeLists.txt", "pyproject.toml")
+
+Progress = Callable[[str, float], None]
+
+
+class Build:
+    """A folder with the mutated copy in `source` and what is compiled in `build`.
+
+    Parameters
+    ----------
+    checkout : Path
+        The repository.
+    folder : Path
+        Where the copy is made. A copy from before is brought up to date, and compiled only as far as it has changed.
+    """
+
+    def __init__(self, checkout: Path, folder: Path) -> None:
+        self.checkout, self.folder = checkout, folder
+        self.source, self.build = folder / "source", folder / "build"
+        self.left_out: set[tuple[str, ...]] = set()
+        self.programs: list[Path] = []
+
+    def make(self, found: Sequence[Found], progress: Progress) -> list[Found]:
+        """Write and compile the copy; return the mutants in it, without those that do not compile."""
+        self._check_tools()
+        for name in _COPIED:
+            _copy_changed(self.checkout / name, self.source / name, {each.file for each in found}, self.checkout)
+        notes = self.folder / "left_out.json"
+        if notes.exists():
+            self.left_out = {tuple(key) for key in json.loads(notes.read_text())}
+        kept = self._write(found)
+        progress("configure", 0.0)
+        self._configure()
+        commands = self._commands()
+        for i, command in enumerate(commands):
+            progress(f"syntax of {Path(command['file']).name}", i / len(commands))
+            while wrong := self._errors(command):
+                bad = {each.mutant.key for each in kept if _lines(each) & wrong}
+                if not bad:
+                    places = ", ".join(f"{file}:{line}" for file, line in sorted(wrong))
+                    raise InputError(f"the mutated copy in {self.source} does not compile: {places}")
+                self.left_out |= bad
+                notes.write_text(json.dumps(sorted(self.left_out)))
+                kept = self._write(found)
+        progress("compile", 0.0)
+        self._compile()
+        return kept
+
+    def environment(self) -> dict[str, str]:
+        """Return the environment of processes that use the compiled modules."""
+        paths = [str(self.source / "src"), *filter(None, [os.environ.get("PYTHONPATH")])]
+        return {**os.environ, "PYTHONPATH": os.pathsep.join(paths)}
+
+    def _check_tools(self) -> None:
+        missing = [name for name in ("cmake", "ninja") if shutil.which(name) is None]
+        missing += [name for name in ("nanobind", "pytest") if importlib.util.find_spec(name) is None]
+        if missing:
+            raise InputError(f"{', '.join(missing)}: not installed; pip install './benchmarks[mutation]'")
+
+    def _write(self, found: Sequence[Found]) -> list[Found]:
+        """Write the mutated files; return the mutants that they have."""
+        kept = []
+        for file in dict.fromkeys(each.file for each in found):
+            of_file = [e for e in found if e.file == file and e.mutant.key not in self.left_out]
+            text, written = mutated((self.checkout / file).read_text(encoding="utf-8"), of_file)
+            kept += [each for each in of_file if each.mutant.number in written]
+            _write_changed(self.source / file, text.encode())
+        return kept
+
+    def _configure(self) -> None:
+        nanobind = subprocess.run([sys.executable, "-m", "nanobind", "--cmake_dir"], capture_output=True, text=True)
+        defined = {
+            "CMAKE_BUILD_TYPE": "Mutation",
+            "CMAKE_CXX_FLAGS": f"-O1 -w -include {HEADER}",
+            "CMAKE_EXPORT_COMPILE_COMMANDS": "ON",
+            "CMAKE_SKIP_INSTALL_RULES": "ON",
+            "FASTLINES_TESTS": "ON",
+            "FASTLINES_DEVICE_VARIANTS": "OFF",
+            "SKBUILD": "ON",
+            "Python_EXECUTABLE": sys.executable,
+            "nanobind_DIR": nanobind.stdout.strip(),
+        }
+        options = [f"-D{name}={value}" for name, value in defined.items()]
+        self._run(["cmake", "-G", "Ninja", "-S", str(self.source), "-B", str(self.build), *options])
+
+    def _targets(self) -> list[str]:
+        """Return the names of the modules and of the programs to compile."""
+        listed = self._run(["cmake", "--build", str(self.build), "--target", "help"])
+        names = set(re.findall(r"^([\w-]+):", listed, re.M))
+        simd = next(name.removeprefix("_engine_") for name in sorted(names) if re.fullmatch(r"_engine_\w+", name))
+        programs = [n for name in PROGRAMS for n in (f"{name}-{simd}", name) if n in names]
+        return ["_core", f"_engine_{simd}", *programs]
+
+    def _commands(self) -> list[dict[str, str]]:
+        """Return the commands that compile the sources of the targets."""
+        listed = json.loads((self.build / "compile_commands.json").read_text())
+        names = "|".join(map(re.escape, self._targets()))
+        simd = re.search(r"_engine_(\w+)", names)
+        objects = re.compile(rf"CMakeFiles/(?:{names}|fastlines_engine_{simd[1] if simd else ''})\.dir/")
+        commands = [command for command in listed if objects.search(command["command"])]
+        return [c for c in commands if "nb_" not in Path(c["file"]).name]
+
+    def _errors(self, command: dict[str, str]) -> set[tuple[str, int]]:
+        """Check the syntax of a source; return the places of the core that its errors name."""
+        check = re.sub(r" -o \S+ -c ", " -fsyntax-only -c ", command["command"])
+        done = subprocess.run(check, shell=True, cwd=command["directory"], capture_output=True, text=True)
+        if done.returncode == 0:
+            return set()
+        core, wrong, innermost = str(self.source / CORE), set(), None
+        for line in done.stderr.splitlines():
+            m = re.match(r"(\S+?):(\d+):(?:\d+:)? (.*)", line)
+            if not m:
+                if line.startswith(("In file", "/")) and "In instantiation" in line:
+                    innermost = None
+                continue
+            path = os.path.normpath(os.path.join(command["directory"], m[1]))
+            at = (os.path.relpath(path, core), int(m[2])) if path.startswith(core) else None
+            if "required from" in m[3] and innermost is None:
+                innermost = at
+            elif " error:" in f" {m[3]}":
+                if at or innermost:
+                    wrong.add(at or innermost)
+                innermost = None
+        if not wrong:
+            raise InputError(f"{command['file']} does not compile:\n{done.stderr[:2000]}")
+        return wrong
+
+    def _compile(self) -> None:
+        targets = self._targets()
+        self._run(["cmake", "--build", str(self.build), "--target", *targets])
+        for target in targets[:2]:
+            for module in self.build.glob(f"{target}.*"):
+                if module.suffix in (".so", ".pyd"):
+                    shutil.copy2(module, self.source / "src/fastlines" / module.name)
+        self.programs = [self.build / "cpp/tests" / name for name in targets[2:]]
+
+    def _run(self, command: list[str]) -> str:
+        done = subprocess.run(command, capture_output=True, text=True)
+        if done.returncode:
+            last = "\n".join((done.stdout + done.stderr).strip().splitlines()[-20:])
+            raise InputError(f"{' '.join(command[:3])} … failed in {self.folder}:\n{last}")
+        return done.stdout
+
+
+def _lines(each: Found) -> set[tuple[str, int]]:
+    return {(each.mutant.file, line) for line in range(each.mutant.line, each.last_line + 1)}
+
+
+def _write_changed(path: Path, data: bytes) -> None:
+    """Write a file unless it has these bytes, so that nothing is compiled again for it."""
+    if not path.exists() or path.read_bytes() != data:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(data)
+
+
+def _copy_changed(source: Path, target: Path, left: set[Path], root: Path) -> None:
+    """Copy a file or a folder but for what is compiled and for some files."""
+    for path in [source] if source.is_file() else source.rglob("*"):
+        is_compiled = path.suffix in (".so", ".pyc", ".pyd") or "__pycache__" in path.parts
+        if path.is_file() and not is_compiled and not path.is_symlink() and path.relative_to(root) not in left:
+            _write_changed(target if source.is_file() else target / path.relative_to(source), path.read_bytes())
