@@ -64,14 +64,20 @@ def find_mutants(root: Path) -> list[Found]:
     """Return all mutants of the targets, numbered from 1."""
     found: list[Found] = []
     for file in target_files(root):
-        text = (root / file).read_text(encoding="utf-8")
-        code, lines = only_code(text), without_comments(text).splitlines()
-        for place in find_places(code):
-            line, last = (code.count("\n", 0, at) + 1 for at in (place.start, place.end))
-            for choice, (original, replacement) in enumerate(place.choices):
-                name = file.relative_to(CORE).as_posix()
-                mutant = Mutant(len(found) + 1, name, line, lines[line - 1].strip(), original, replacement)
-                found.append(Found(file, place, choice, mutant, last))
+        found += mutants_of(file, (root / file).read_text(encoding="utf-8"), len(found) + 1)
+    return found
+
+
+def mutants_of(file: Path, text: str, first: int) -> list[Found]:
+    """Return the mutants of a source with this text, numbered from the first."""
+    found: list[Found] = []
+    code, lines = only_code(text), without_comments(text).splitlines()
+    name = file.relative_to(CORE).as_posix() if file.is_relative_to(CORE) else file.name
+    for place in find_places(code):
+        line, last = (code.count("\n", 0, at) + 1 for at in (place.start, place.end))
+        for choice, (original, replacement) in enumerate(place.choices):
+            mutant = Mutant(first + len(found), name, line, lines[line - 1].strip(), original, replacement)
+            found.append(Found(file, place, choice, mutant, last))
     return found
 
 

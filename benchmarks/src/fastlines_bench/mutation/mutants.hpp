@@ -38,7 +38,7 @@ inline unsigned char* switches = none;
 
 /// Whether a mutant is active; number 0 never is.
 [[gnu::always_inline]] constexpr bool on(int number) {
-  if (std::is_constant_evaluated()) return false;
+  if (__builtin_is_constant_evaluated()) return false;
   return switches[number] != 0 && reach(number);
 }
 
