@@ -10,13 +10,13 @@ import typer
 
 from fastlines import InputError
 
-from ..mutation.run import Plan, read_again, run_cpp, undetected
+from ..mutation.run import Plan, read_again, run_cpp, run_python, undetected
 from ..mutation.show import print_outcome
 from .app import app
 from .options import JsonFile, check_files, check_names, progress_bar, write_json
 
 #: What mutates the sources of a language and runs the tests.
-LANGUAGES = {"cpp": run_cpp}
+LANGUAGES = {"cpp": run_cpp, "python": run_python}
 
 
 def _tell(text: str) -> None:
@@ -26,19 +26,20 @@ def _tell(text: str) -> None:
 @app.command(short_help="How many small faults in the code the tests notice.")
 def mutation(
     language: Annotated[
-        str, typer.Option("--language", metavar="NAME", help="The language of the sources: cpp.")
+        str, typer.Option("--language", metavar="NAME", help="The language of the sources: cpp, python.")
     ] = "cpp",
     sample: Annotated[int, typer.Option("--sample", metavar="N", help="How many mutants are drawn.", min=1)] = 300,
     everything: Annotated[bool, typer.Option("--all", help="Try all mutants instead of a sample.")] = False,
     seed: Annotated[int, typer.Option("--seed", help="The seed: the same seed draws the same mutants.", min=0)] = 64,
-    seconds: Annotated[
-        float, typer.Option("--seconds", help="The most time of tests for one mutant.", min=0.1)
-    ] = 60.0,
+    seconds: Annotated[float, typer.Option("--seconds", help="The most time of tests for one mutant.", min=0.1)] = 60.0,
     checkout: Annotated[Path, typer.Option("--checkout", metavar="FOLDER", help="The repository.")] = Path(),
     work: Annotated[
         Path | None,
         typer.Option(
-            "--work", metavar="FOLDER", help="Keep what is compiled in this folder, and use it again.", show_default=False
+            "--work",
+            metavar="FOLDER",
+            help="Keep what is compiled in this folder, and use it again.",
+            show_default=False,
         ),
     ] = None,
     again: Annotated[
