@@ -37,16 +37,18 @@ def schemata(
     return choices.mutants
 
 
-def numeric_limits(trees: Iterable[ast.Module]) -> dict[str, type]:
-    """Return the names of constants at the top of modules that are numbers, and whether these are int or float."""
+def numeric_limits(tree: ast.Module) -> dict[str, type]:
+    """Return the names of constants at the top of a module that are numbers, and whether these are int or float."""
     found: dict[str, type] = {}
-    for tree in trees:
-        for node in tree.body:
-            if isinstance(node, ast.Assign) and _is_number(node.value):
-                targets = (t for target in node.targets for t in getattr(target, "elts", [target]))
-                constants = [part.value for part in ast.walk(node.value) if isinstance(part, ast.Constant)]
-                kind = float if any(isinstance(value, float) for value in constants) else int
-                found |= {t.id: kind for t in targets if isinstance(t, ast.Name) and t.id.isupper()}
+    for node in tree.body:
+        match node:
+            case ast.Assign(targets=[ast.Name(id=name)], value=value):
+                pairs = [(name, value)]
+            case ast.Assign(targets=[ast.Tuple(elts=names)], value=ast.Tuple(elts=values)):
+                pairs = [(ast.unparse(name), value) for name, value in zip(names, values, strict=True)]
+            case _:
+                continue
+        found |= {name: kind for name, value in pairs if name.isupper() for kind in _kinds(value)}
     return found
 
 
@@ -139,7 +141,7 @@ class _Choices(ast.NodeTransformer):
     def _statement(self, node: ast.stmt) -> ast.stmt:
         match node:
             case ast.Raise():
-                return self._removable(node)
+                return node if "NotImplemented" in ast.unparse(node) else self._removable(node)
             case ast.Expr(value=ast.Call() as call):
                 if _called(call) in PROGRESS_CALLS:
                     return node
@@ -229,12 +231,13 @@ def _called(node: ast.Call) -> str:
     return str(getattr(node.func, "attr", getattr(node.func, "id", "")))
 
 
-def _is_number(node: ast.expr) -> bool:
-    parts: Iterator[ast.AST] = ast.walk(node)
-    allowed = (ast.Constant, ast.BinOp, ast.UnaryOp, ast.operator, ast.unaryop, ast.Tuple, ast.Load)
-    return all(isinstance(part, allowed) for part in parts) and not any(
-        isinstance(part, ast.Constant) and not isinstance(part.value, int | float) for part in ast.walk(node)
-    )
+def _kinds(node: ast.expr) -> Iterator[type]:
+    """Yield int or float if an expression is made of numbers alone."""
+    allowed = (ast.Constant, ast.BinOp, ast.UnaryOp, ast.operator, ast.unaryop)
+    constants = [part.value for part in ast.walk(node) if isinstance(part, ast.Constant)]
+    is_number = all(isinstance(value, int | float) and not isinstance(value, bool) for value in constants)
+    if is_number and all(isinstance(part, allowed) for part in ast.walk(node)):
+        yield float if any(isinstance(value, float) for value in constants) else int
 
 
 def _call(name: str, *numbers: int) -> ast.expr:

@@ -15,9 +15,22 @@ from .mutant import Mutant
 from .python_schemata import SWITCH, numeric_limits, schemata
 
 #: Files that check and limit, as patterns below the package: all of their functions are mutated.
-CHECKS = ("arrays.py", "support/container.py", "structure/*.py", "settings/*.py", "io/source.py", "io/packed_source.py")
+CHECKS = (
+    "arrays.py",
+    "io/packed_source.py",
+    "io/source.py",
+    "settings/settings.py",
+    "settings/splits.py",
+    "structure/*.py",
+    "support/container.py",
+)
 #: Other files: only their functions that refuse something are mutated.
 REFUSALS = ("query/**/*.py", "geometry/*.py", "io/*.py", "io/formats/*.py")
+#: Constants that say how much is done at once. Others give the same answers.
+AT_ONCE = (
+    {"AT_ONCE", "BLOCK", "COUNTED_RAYS", "FIRST_SHARE", "FULL", "MORE", "PART", "PIECE"}
+    | {"_BATCH", "_BLOCK", "_FIRST_BYTES", "_N_END", "_STEP"}
+)  # fmt: skip
 
 
 class MutatedSources:
@@ -27,9 +40,13 @@ class MutatedSources:
         checks = {path for pattern in CHECKS for path in package.glob(pattern)}
         paths = sorted(checks | {path for pattern in REFUSALS for path in package.glob(pattern)})
         trees = {path: ast.parse(path.read_text(encoding="utf-8")) for path in paths}
-        limits = numeric_limits(trees.values())
+        own = {path: numeric_limits(tree) for path, tree in trees.items()}
+        shared = {name: kind for of in own.values() for name, kind in of.items() if not name.startswith("_")}
         self.mutants: list[Mutant] = []
         for path, tree in trees.items():
+            imported = {alias.name for node in tree.body if isinstance(node, ast.ImportFrom) for alias in node.names}
+            limits = {name: shared[name] for name in imported & shared.keys()} | own[path]
+            limits = {name: kind for name, kind in limits.items() if name not in AT_ONCE}
             file, first = path.relative_to(package).as_posix(), len(self.mutants) + 1
             self.mutants += schemata(tree, file, first, limits, refusals_only=path not in checks)
         self._trees = {str(path): tree for path, tree in trees.items()}
