@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 import ast
-import os
 import sys
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
 from fastlines_bench.mutation.mutant import Mutant
-from fastlines_bench.mutation.pytest_process import Python
+from fastlines_bench.mutation.python_run import Worker
 from fastlines_bench.mutation.python_schemata import SWITCH, numeric_limits, schemata
 from fastlines_bench.mutation.python_sources import MutatedSources, package_folder
-from fastlines_bench.mutation.switches import Switches
 from fastlines_bench.mutation.trial import try_mutants
 
 pytestmark = [
@@ -127,15 +124,11 @@ def test_mutants_of_the_package():
     some = [mutant for mutant in of_count if mutant.file == "arrays.py" and mutant.original.startswith(changes)]
     assert some
     elsewhere = Mutant(60000, "arrays.py", 1, "number", "", "")
-    switches = Switches(Path("switches").resolve())
-    python = Python(Path.cwd(), ["test_some.py"], switches, os.environ, "python_pytest")
-    told = SimpleNamespace(lines=[])
-    try:
-        try_mutants([*some, elsewhere], switches, [python], 9.0, lambda *_: None, told.lines.append)
-    finally:
-        python.close()
+    told: list[str] = []
+    worker = Worker(Path.cwd(), ["test_some.py"], Path("switches").resolve())
+    try_mutants([worker], [*some, elsewhere], 9.0, lambda *_: None, told.append)
     status = {(mutant.original, mutant.replacement): mutant.status for mutant in some}
     assert elsewhere.status == "not reached"
     assert set(status.values()) == {"killed", "survived"}
     assert status["most is None", "most is not None"] == "killed"  # 6 is no longer too many
-    assert len(told.lines) == 1 + list(status.values()).count("survived")
+    assert len(told) == 1 + list(status.values()).count("survived")

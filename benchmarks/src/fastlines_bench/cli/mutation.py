@@ -32,6 +32,7 @@ def mutation(
     everything: Annotated[bool, typer.Option("--all", help="Try all mutants instead of a sample.")] = False,
     seed: Annotated[int, typer.Option("--seed", help="The seed: the same seed draws the same mutants.", min=0)] = 64,
     seconds: Annotated[float, typer.Option("--seconds", help="The most time of tests for one mutant.", min=0.1)] = 60.0,
+    jobs: Annotated[int, typer.Option("--jobs", "-j", help="How many mutants are tried at a time.", min=1, max=64)] = 1,
     checkout: Annotated[Path, typer.Option("--checkout", metavar="FOLDER", help="The repository.")] = Path(),
     work: Annotated[
         Path | None,
@@ -50,7 +51,7 @@ def mutation(
     ] = None,
     json_file: JsonFile = None,
 ) -> None:
-    """Change one expression or statement of the code at a time, and run the tests: do they notice?
+    """Change one expression or statement of the code at a time, and run the tests, which should notice.
 
     A mutant is such a change: < becomes <=, + becomes -, a margin is left out, a condition is always true, a statement
     is removed. All of them are compiled at once, each behind a switch, and only the tests that reach a mutant run.
@@ -72,6 +73,7 @@ def mutation(
         None if everything else sample,
         seed,
         seconds,
+        jobs,
         work,
         None if again is None else read_again(again),
     )

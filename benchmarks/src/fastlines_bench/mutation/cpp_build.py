@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import importlib.util
 import json
 import os
@@ -11,6 +12,7 @@ import subprocess
 import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import Any
 
 from fastlines import InputError
 
@@ -53,7 +55,9 @@ class Build:
     def __init__(self, checkout: Path, folder: Path) -> None:
         self.checkout, self.folder = checkout, folder
         self.source, self.build = folder / "source", folder / "build"
-        self.left_out: set[tuple[str, ...]] = set()
+        notes = folder / "notes.json"
+        self._notes: dict[str, Any] = json.loads(notes.read_text()) if notes.exists() else {}
+        self.left_out: set[tuple[str, ...]] = {tuple(key) for key in self._notes.get("left_out", [])}
         self.programs: list[Path] = []
 
     def make(self, found: Sequence[Found], progress: Progress) -> list[Found]:
@@ -61,13 +65,39 @@ class Build:
         self._check_tools()
         for name in _COPIED:
             _copy_changed(self.checkout / name, self.source / name, {each.file for each in found}, self.checkout)
-        notes = self.folder / "left_out.json"
-        if notes.exists():
-            self.left_out = {tuple(key) for key in json.loads(notes.read_text())}
         kept = self._write(found)
         progress("configure", 0.0)
         self._configure()
-        commands = self._commands()
+        # The modules instantiate nearly all code. If a program does not compile after all, check the programs too.
+        if not self._compiled_before(kept):
+            kept = self._check(found, self._targets()[:2], progress)
+        progress("compile", 0.0)
+        if not self._compile():
+            kept = self._check(found, self._targets()[2:], progress)
+            progress("compile", 0.0)
+            if not self._compile():
+                raise InputError(f"the mutated copy does not compile; run cmake --build {self.build} to see why")
+        self._note(compiled=self._digest(kept))
+        return kept
+
+    def _note(self, **values: Any) -> None:
+        """Keep values for the next run in this folder."""
+        self._notes.update(values)
+        (self.folder / "notes.json").write_text(json.dumps(self._notes))
+
+    def _digest(self, kept: Sequence[Found]) -> str:
+        """Return a digest of the mutants and of the sources of the core."""
+        sources = sorted(
+            path.read_bytes() for path in (self.source / "cpp").rglob("*.?pp") if "tests" not in path.parts
+        )
+        return hashlib.sha256(repr([each.mutant.key for each in kept]).encode() + b"".join(sources)).hexdigest()
+
+    def _compiled_before(self, kept: Sequence[Found]) -> bool:
+        return self._notes.get("compiled") == self._digest(kept)
+
+    def _check(self, found: Sequence[Found], targets: Sequence[str], progress: Progress) -> list[Found]:
+        """Leave out the mutants that do not compile; return the others."""
+        kept, commands = self._write(found), self._commands(targets)
         for i, command in enumerate(commands):
             progress(f"syntax of {Path(command['file']).name}", i / len(commands))
             while wrong := self._errors(command):
@@ -76,10 +106,8 @@ class Build:
                     places = ", ".join(f"{file}:{line}" for file, line in sorted(wrong))
                     raise InputError(f"the mutated copy in {self.source} does not compile: {places}")
                 self.left_out |= bad
-                notes.write_text(json.dumps(sorted(self.left_out)))
+                self._note(left_out=sorted(self.left_out))
                 kept = self._write(found)
-        progress("compile", 0.0)
-        self._compile()
         return kept
 
     def environment(self) -> dict[str, str]:
@@ -127,12 +155,11 @@ class Build:
         programs = [n for name in PROGRAMS for n in (f"{name}-{simd}", name) if n in names]
         return ["_core", f"_engine_{simd}", *programs]
 
-    def _commands(self) -> list[dict[str, str]]:
-        """Return the commands that compile the sources of the targets."""
+    def _commands(self, targets: Sequence[str]) -> list[dict[str, str]]:
+        """Return the commands that compile the sources of targets."""
         listed = json.loads((self.build / "compile_commands.json").read_text())
-        names = "|".join(map(re.escape, self._targets()))
-        simd = re.search(r"_engine_(\w+)", names)
-        objects = re.compile(rf"CMakeFiles/(?:{names}|fastlines_engine_{simd[1] if simd else ''})\.dir/")
+        names = "|".join([*targets, *(f"fastlines{name}" for name in targets if name.startswith("_engine_"))])
+        objects = re.compile(rf"CMakeFiles/(?:{names})\.dir/")
         commands = [command for command in listed if objects.search(command["command"])]
         return [c for c in commands if "nb_" not in Path(c["file"]).name]
 
@@ -161,14 +188,18 @@ class Build:
             raise InputError(f"{command['file']} does not compile:\n{done.stderr[:2000]}")
         return wrong
 
-    def _compile(self) -> None:
+    def _compile(self) -> bool:
+        """Compile all targets, and put the modules into the package; return whether they compile."""
         targets = self._targets()
-        self._run(["cmake", "--build", str(self.build), "--target", *targets])
+        done = subprocess.run(["cmake", "--build", str(self.build), "--target", *targets], capture_output=True)
+        if done.returncode:
+            return False
         for target in targets[:2]:
             for module in self.build.glob(f"{target}.*"):
                 if module.suffix in (".so", ".pyd"):
                     shutil.copy2(module, self.source / "src/fastlines" / module.name)
         self.programs = [self.build / "cpp/tests" / name for name in targets[2:]]
+        return True
 
     def _run(self, command: list[str]) -> str:
         done = subprocess.run(command, capture_output=True, text=True)

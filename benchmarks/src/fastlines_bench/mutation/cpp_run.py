@@ -1,85 +1,54 @@
-"""Runs the tests with each mutant of the C++ core, one at a time."""
+"""Runs the tests with each mutant of the C++ core, several at a time."""
 
 from __future__ import annotations
 
-import contextlib
-import os
-import signal
-import subprocess
-import time
 from collections.abc import Callable, Sequence
 
-from fastlines import InputError
-
 from .cpp_build import Build
+from .cpp_tests import FOLDERS, Programs
 from .mutant import Mutant
 from .pytest_process import Python
-from .switches import VARIABLE, Switches
-from .trial import FACTOR, SECONDS_MORE, Test, try_mutants
-
-#: Tests in Python that query trees, and check and change them.
-FOLDERS = ("tests/query", "tests/kernels", "tests/structure", "tests/build", "tests/forest", "tests/test_refit.py")
+from .switches import Switches
+from .trial import Test, try_mutants, with_fixtures
 
 
-class Programs:
-    """The C++ tests, each a program."""
+class Worker:
+    """Runs tests with one mutant at a time; each worker has switches and processes of its own."""
 
-    def __init__(self, build: Build, switches: Switches) -> None:
-        self._paths = {path.name: path for path in build.programs}
-        self._switches = switches
+    def __init__(self, build: Build, index: int) -> None:
+        self._switches = Switches(build.folder / f"switches-{index}")
+        self._switches.only(0)
+        self._programs, self._python = (
+            Programs(build, self._switches),
+            Python(build.checkout, FOLDERS, self._switches, build.environment()),
+        )
+        self.close = self._python.close
 
     def record(self, numbers: Sequence[int], progress: Callable[[str, float], None]) -> list[Test]:
-        """Run all programs without a mutant; return them with the numbers that they reach."""
-        tests = []
-        for i, name in enumerate(self._paths):
-            progress(name, i / len(self._paths))
-            self._switches.watch(numbers)
-            begin = time.perf_counter()
-            end = self._run(name, None)
-            seconds = time.perf_counter() - begin
-            if end != "0":
-                raise InputError(f"the C++ test {name} ends with {end} without a mutant")
-            tests.append(Test(name, seconds, frozenset(self._switches.reached(numbers))))
-        return tests
+        """Run all tests without a mutant; return them with the mutants that they reach."""
+        programs = self._programs.record(numbers, progress)
+        return [*programs, *with_fixtures(self._python.record(numbers, progress))]
 
-    def failing(self, tests: Sequence[Test]) -> str | None:
-        """Run programs until one fails; return which, or None."""
-        for test in tests:
-            end = self._run(test.name, FACTOR * test.seconds + SECONDS_MORE)
-            if end != "0":
-                return test.name if end == "1" else f"{test.name} ends: {end}"
-        return None
-
-    def _run(self, name: str, seconds: float | None) -> str:
-        process = subprocess.Popen(
-            [str(self._paths[name])],
-            env={**os.environ, VARIABLE: str(self._switches.path)},
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.DEVNULL,
-            start_new_session=True,
-        )
+    def noticed_by(self, mutant: Mutant, groups: Sequence[Sequence[Test]]) -> str:
+        """Run groups of tests with a mutant until one fails; return which, or ""."""
+        self._switches.only(mutant.number)
         try:
-            code = process.wait(timeout=seconds)
-        except subprocess.TimeoutExpired:
-            with contextlib.suppress(ProcessLookupError):
-                os.killpg(process.pid, signal.SIGKILL)
-            process.wait()
-            return "hangs"
-        return str(code) if code >= 0 else signal.Signals(-code).name
+            for group in groups:
+                runner = self._programs if group[0].is_program else self._python
+                if failed := runner.failing(group):
+                    return failed
+            return ""
+        finally:
+            self._switches.only(0)
 
 
 def run_mutants(
     build: Build,
     mutants: Sequence[Mutant],
     seconds: float,
+    n_jobs: int,
     progress: Callable[[str, float], None],
     tell: Callable[[str], None],
 ) -> None:
-    """Set the status of each mutant of a compiled copy, by tests of at most so many seconds for each."""
-    switches = Switches(build.folder / "switches")
-    programs = Programs(build, switches)
-    python = Python(build.checkout, FOLDERS, switches, build.environment())
-    try:
-        try_mutants(mutants, switches, (programs, python), seconds, progress, tell)
-    finally:
-        python.close()
+    """Set the status of each mutant of a compiled copy, as `try_mutants` does, by several workers."""
+    try_mutants([Worker(build, i) for i in range(n_jobs)], mutants, seconds, progress, tell)

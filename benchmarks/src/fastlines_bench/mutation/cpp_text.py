@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import re
 
-_SKIPPED = re.compile(r'//[^\n]*|/\*.*?\*/|"(?:\\.|[^"\\\n])*"|\'(?:\\.|[^\'\\\n])+\'|^[ \t]*#[^\n]*(?:\\\n[^\n]*)*', re.S | re.M)
+_SKIPPED = re.compile(
+    r'//[^\n]*|/\*.*?\*/|"(?:\\.|[^"\\\n])*"|\'(?:\\.|[^\'\\\n])+\'|^[ \t]*#[^\n]*(?:\\\n[^\n]*)*', re.S | re.M
+)
 _DIGITS = re.compile(r"(?<=[0-9a-f])'(?=[0-9a-f])")
 PAIRS = {"(": ")", "[": "]", "{": "}"}
 
@@ -56,3 +58,15 @@ def arguments(code: str, begin: int, end: int) -> list[tuple[int, int]]:
             start = i + 1
         i += 1
     return [*found, (start, end)]
+
+
+def one_line(text: str) -> str:
+    """Return a text with single spaces."""
+    return " ".join(text.split())
+
+
+def around(code: str, start: int, end: int) -> tuple[str, str]:
+    """Return the words before and after a range, which tell it from others of its line."""
+    before = re.search(r"[\w.\])(\[]*\s*[-+*/=<>&|,?:({]*\s*$", code[max(start - 24, 0) : start])
+    after = re.match(r"\s*[\w.(\[:-]*", code[end : end + 24])
+    return one_line(before[0] if before else ""), one_line(after[0] if after else "")

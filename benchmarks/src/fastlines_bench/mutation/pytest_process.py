@@ -12,7 +12,7 @@ from typing import Any
 from fastlines import InputError
 
 from .switches import VARIABLE, Switches
-from .trial import FACTOR, SECONDS_MORE, Test, with_fixtures
+from .trial import FACTOR, SECONDS_MORE, Test
 
 
 class Python:
@@ -41,7 +41,7 @@ class Python:
         module: str = "warm_pytest",
     ) -> None:
         names = [name for name in names if (checkout / name).exists()]
-        self._log = (switches.path.parent / "pytest.log").open("w")
+        self._log = switches.path.with_suffix(".log").open("w")
         self._process = subprocess.Popen(
             [sys.executable, "-m", f"{__package__}.{module}", *names],
             cwd=checkout,
@@ -63,7 +63,7 @@ class Python:
                 wrong.append(answer["test"])
         if wrong or not tests:
             raise InputError(f"tests fail without a mutant, such as {', '.join(wrong[:3]) or 'all'}")
-        return with_fixtures(tests)
+        return tests
 
     def failing(self, tests: Sequence[Test]) -> str | None:
         """Run tests until one fails; return which, or None."""

@@ -35,6 +35,8 @@ class Plan:
         The same seed draws the same mutants of the same sources.
     seconds : float
         The most time of tests for one mutant.
+    n_jobs : int
+        How many mutants are tried at the same time.
     work : Path or None
         The folder of the mutated copy, which is kept; a temporary one by default.
     again : frozenset of keys, or None
@@ -45,6 +47,7 @@ class Plan:
     sample: int | None = 300
     seed: int = 64
     seconds: float = 60.0
+    n_jobs: int = 1
     work: Path | None = None
     again: frozenset[tuple[str, ...]] | None = None
 
@@ -74,7 +77,7 @@ def run_cpp(plan: Plan, progress: Progress, tell: Callable[[str], None]) -> Outc
         build = Build(plan.checkout, folder)
         kept = [each.mutant for each in build.make(drawn, progress)]
         outcome = Outcome("cpp", len(found), len(drawn), [m for m in kept if plan.again is None or m.key in plan.again])
-        cpp_run.run_mutants(build, outcome.mutants, plan.seconds, progress, tell)
+        cpp_run.run_mutants(build, outcome.mutants, plan.seconds, plan.n_jobs, progress, tell)
     mark_equal(outcome.mutants)
     return outcome
 
@@ -87,7 +90,7 @@ def run_python(plan: Plan, progress: Progress, tell: Callable[[str], None]) -> O
     drawn = draw(found, plan.sample, plan.seed)
     outcome = Outcome("python", len(found), len(drawn), [m for m in drawn if plan.again is None or m.key in plan.again])
     with _folder(plan.work) as folder:
-        python_run.run_mutants(plan.checkout, folder, outcome.mutants, plan.seconds, progress, tell)
+        python_run.run_mutants(plan.checkout, folder, outcome.mutants, plan.seconds, plan.n_jobs, progress, tell)
     mark_equal(outcome.mutants)
     return outcome
 

@@ -1,14 +1,15 @@
-"""Runs the tests that reach each mutant, one mutant at a time."""
+"""Runs the tests that reach each mutant, several mutants at a time."""
 
 from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from queue import SimpleQueue
 from typing import Protocol
 
 from .mutant import Mutant
-from .switches import Switches
 
 #: A test hangs if it takes so many times as long as without a mutant, and so many seconds more.
 FACTOR, SECONDS_MORE = 4.0, 10.0
@@ -27,57 +28,73 @@ class Test:
         """The file of tests, or the program."""
         return self.name.split("::")[0]
 
+    @property
+    def is_program(self) -> bool:
+        """Whether it is a program, not a test in Python."""
+        return "::" not in self.name
 
-class Runner(Protocol):
-    """What runs tests of one kind."""
+
+class Worker(Protocol):
+    """What runs tests with one mutant at a time."""
 
     def record(self, numbers: Sequence[int], progress: Callable[[str, float], None]) -> list[Test]:
-        """Run all tests without a mutant; return them with the numbers that they reach."""
+        """Run all tests without a mutant; return them with the mutants that they reach."""
 
-    def failing(self, tests: Sequence[Test]) -> str | None:
-        """Run tests until one fails; return which, or None."""
+    def noticed_by(self, mutant: Mutant, groups: Sequence[Sequence[Test]]) -> str:
+        """Run groups of tests with a mutant until one fails; return which, or ""."""
+
+    def close(self) -> None:
+        """End its processes."""
 
 
 def try_mutants(
+    workers: Sequence[Worker],
     mutants: Sequence[Mutant],
-    switches: Switches,
-    runners: Sequence[Runner],
     seconds: float,
     progress: Callable[[str, float], None],
     tell: Callable[[str], None],
 ) -> None:
-    """Set the status of each mutant.
+    """Set the status of each mutant, and end the workers.
 
     Parameters
     ----------
+    workers : sequence of Worker
+        The first one records which tests reach what; all of them try mutants at the same time.
     mutants : sequence of Mutant
         Those to try.
-    switches : Switches
-        The file by which a mutant is turned on.
-    runners : sequence of Runner
-        What runs the tests.
     seconds : float
         The most time of tests for one mutant, as they take without it. Of the tests that reach it, those of files that
         noticed others of the same source come first, then the fastest.
     """
-    numbers = [mutant.number for mutant in mutants]
-    tests = {test: runner for runner in runners for test in runner.record(numbers, progress)}
+    free = SimpleQueue[Worker]()
     noticed: dict[str, Counter[str]] = {}
-    for i, mutant in enumerate(mutants):
-        progress(f"{mutant.file}:{mutant.line}", i / len(mutants))
+    n_done = 0
+
+    def attempt(mutant: Mutant) -> None:
+        nonlocal n_done
         history = noticed.setdefault(mutant.file, Counter())
-        chosen = _choose([test for test in tests if mutant.number in test.reached], history, seconds)
-        switches.only(mutant.number)
-        mutant.by = ""
-        for group in chosen:
-            mutant.by = tests[group[0]].failing(group) or ""
-            if mutant.by:
-                history[group[0].module] += 1
-                break
-        mutant.status = "killed" if mutant.by else "survived" if chosen else "not reached"
+        groups = _choose([test for test in tests if mutant.number in test.reached], history, seconds)
+        worker = free.get()
+        try:
+            mutant.by = worker.noticed_by(mutant, groups)
+        finally:
+            free.put(worker)
+        history[mutant.by.split("::")[0]] += 1
+        mutant.status = "killed" if mutant.by else "survived" if groups else "not reached"
         if mutant.status != "killed":
             tell(f"{mutant.status}: {mutant.file}:{mutant.line}: {mutant.original}  →  {mutant.replacement}")
-        switches.only(0)
+        n_done += 1
+        progress(f"{mutant.file}:{mutant.line}", n_done / len(mutants))
+
+    try:
+        tests = workers[0].record([mutant.number for mutant in mutants], progress)
+        for worker in workers:
+            free.put(worker)
+        with ThreadPoolExecutor(len(workers)) as pool:
+            list(pool.map(attempt, mutants))
+    finally:
+        for worker in workers:
+            worker.close()
 
 
 def with_fixtures(tests: Sequence[Test]) -> list[Test]:
@@ -85,7 +102,7 @@ def with_fixtures(tests: Sequence[Test]) -> list[Test]:
     first: dict[str, Test] = {}
     for test in tests:
         first.setdefault(test.module, test)
-    return [Test(test.name, test.seconds, test.reached | first[test.module].reached) for test in tests]
+    return [replace(test, reached=test.reached | first[test.module].reached) for test in tests]
 
 
 def _choose(tests: Sequence[Test], history: Counter[str], seconds: float) -> list[list[Test]]:

@@ -1,8 +1,8 @@
 """A process that has collected the tests, and forks for each list of them that is to run.
 
-It reads lines of JSON from stdin. ``{"watch": [numbers]}`` runs all tests, and tells for each the mutants it reaches
-and its time. ``{"run": [tests], "seconds": limit}`` runs some until one fails. It answers in lines of JSON. A mutant is
-turned on by the caller, in the file of switches.
+It reads lines of JSON from stdin. ``{"watch": [numbers]}`` runs all tests, and tells for each the mutants that it
+reaches and its time. ``{"run": [tests], "seconds": limit}`` runs some until one fails. It answers in lines of JSON. The
+caller turns a mutant on, in the file of switches.
 """
 
 from __future__ import annotations
