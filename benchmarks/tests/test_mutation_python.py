@@ -94,7 +94,8 @@ def test_mutants_of_a_module():
     assert ("len(values)", "len(values) - 1") in changes
     assert ("max(total, 4)", "min(total, 4)") in changes
     # Neither the text of an error nor what runs once, at the import.
-    assert not [change for change in changes if "advice" in change[0] or "1 <<" in change[0] or change[0] == "n == 1"]
+    left_alone = ("advice", "at most", "1 <<", "n == 1")
+    assert not [change for change in changes if any(text in change[0] for text in left_alone)]
 
 
 def test_limits_are_numbers_with_a_name_in_capitals():

@@ -133,10 +133,12 @@ class _Choices(ast.NodeTransformer):
 
     # Statements.
 
-    def _block(self, body: list[ast.stmt]) -> list[ast.stmt]:
-        is_refusal = isinstance(body[-1], ast.Raise)
-        # What an error is made of stays as it is.
-        return [part if is_refusal and isinstance(part, ast.Assign) else self._statement(part) for part in body]
+    def _block(self, body: list[ast.stmt], *, is_guarded: bool = False) -> list[ast.stmt]:
+        """Change statements, but neither what an error is made of, nor the error of a guard, whose test is changed."""
+        if not isinstance(body[-1], ast.Raise):
+            return [self._statement(part) for part in body]
+        before = [part if isinstance(part, ast.Assign) else self._statement(part) for part in body[:-1]]
+        return [*before, body[-1] if is_guarded else self._statement(body[-1])]
 
     def _statement(self, node: ast.stmt) -> ast.stmt:
         match node:
@@ -196,11 +198,8 @@ class _Choices(ast.NodeTransformer):
 
     def _if(self, node: ast.If) -> ast.stmt:
         refuses = isinstance(node.body[-1], ast.Raise)
-        test, body = node.test, node.body
-        node.test = self._condition(test, [ast.Constant(False)] if refuses else [])
-        node.body = [*self._block(body[:-1]), body[-1]] if refuses and len(body) > 1 else body
-        if not refuses:
-            node.body = self._block(body)
+        node.test = self._condition(node.test, [ast.Constant(False)] if refuses else [])
+        node.body = self._block(node.body, is_guarded=refuses)
         node.orelse = self._block(node.orelse) if node.orelse else []
         return node
 
