@@ -10,13 +10,13 @@ import typer
 
 from fastlines import InputError
 
-from ..mutation.run import Plan, read_again, run_cpp, undetected
+from ..mutation.run import Plan, read_again, run_cpp, run_python, undetected
 from ..mutation.show import print_outcome
 from .app import app
 from .options import JsonFile, check_files, check_names, progress_bar, write_json
 
 #: What mutates the sources of a language and runs the tests.
-LANGUAGES = {"cpp": run_cpp}
+LANGUAGES = {"cpp": run_cpp, "python": run_python}
 
 
 def _tell(text: str) -> None:
@@ -26,7 +26,7 @@ def _tell(text: str) -> None:
 @app.command(short_help="How many small faults in the code the tests notice.")
 def mutation(
     language: Annotated[
-        str, typer.Option("--language", metavar="NAME", help="The language of the sources: cpp.")
+        str, typer.Option("--language", metavar="NAME", help="The language of the sources: cpp, python.")
     ] = "cpp",
     sample: Annotated[int, typer.Option("--sample", metavar="N", help="How many mutants are drawn.", min=1)] = 300,
     everything: Annotated[bool, typer.Option("--all", help="Try all mutants instead of a sample.")] = False,

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import random
-from collections.abc import Collection, Sequence
+from collections.abc import Collection
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -79,13 +78,6 @@ def mutants_of(file: Path, text: str, first: int) -> list[Found]:
             mutant = Mutant(first + len(found), name, line, lines[line - 1].strip(), original, replacement)
             found.append(Found(file, place, choice, mutant, last))
     return found
-
-
-def draw(found: Sequence[Found], sample: int | None, seed: int) -> list[Found]:
-    """Return a sample of the mutants, in their order; all of them without a size."""
-    if sample is None or sample >= len(found):
-        return list(found)
-    return sorted(random.Random(seed).sample(list(found), sample), key=lambda each: each.mutant.number)
 
 
 def mutated(text: str, chosen: Collection[Found]) -> tuple[str, set[int]]:

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import random
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from typing import TypeVar
+
+Found = TypeVar("Found")
 
 #: What may become of a mutant. One that is not reached is run by no test; an equal one gives the same answers.
 STATUSES = ("killed", "survived", "not reached", "equal")
@@ -46,3 +50,10 @@ def score(mutants: Iterable[Mutant]) -> float:
     """Return the share of the mutants that were killed, of all that were tried and are not equal."""
     tried = [mutant for mutant in mutants if mutant.status not in ("", "equal")]
     return sum(mutant.status == "killed" for mutant in tried) / max(len(tried), 1)
+
+
+def draw(found: Sequence[Found], sample: int | None, seed: int) -> list[Found]:
+    """Return a sample of the mutants, in their order; all of them without a size."""
+    if sample is None or sample >= len(found):
+        return list(found)
+    return [found[i] for i in sorted(random.Random(seed).sample(range(len(found)), sample))]

@@ -11,11 +11,12 @@ from pathlib import Path
 
 from fastlines import InputError
 
+from . import cpp_run, python_run
 from .cpp_build import Build
-from .cpp_mutants import draw, find_mutants
-from .cpp_run import run_mutants
+from .cpp_mutants import find_mutants
 from .equal import mark_equal
-from .mutant import Mutant, score
+from .mutant import Mutant, draw, score
+from .python_sources import MutatedSources, package_folder
 
 Progress = Callable[[str, float], None]
 
@@ -76,7 +77,20 @@ def run_cpp(plan: Plan, progress: Progress, tell: Callable[[str], None]) -> Outc
         build = Build(plan.checkout, folder)
         kept = [each.mutant for each in build.make(drawn, progress)]
         outcome = Outcome("cpp", len(found), len(drawn), [m for m in kept if plan.again is None or m.key in plan.again])
-        run_mutants(build, outcome.mutants, plan.seconds, plan.n_jobs, progress, tell)
+        cpp_run.run_mutants(build, outcome.mutants, plan.seconds, plan.n_jobs, progress, tell)
+    mark_equal(outcome.mutants)
+    return outcome
+
+
+def run_python(plan: Plan, progress: Progress, tell: Callable[[str], None]) -> Outcome:
+    """Mutate the installed package as it is imported, and run the tests with each mutant."""
+    check_checkout(plan.checkout)
+    python_run.check_same(plan.checkout)
+    found = MutatedSources(package_folder()).mutants
+    drawn = draw(found, plan.sample, plan.seed)
+    outcome = Outcome("python", len(found), len(drawn), [m for m in drawn if plan.again is None or m.key in plan.again])
+    with _folder(plan.work) as folder:
+        python_run.run_mutants(plan.checkout, folder, outcome.mutants, plan.seconds, plan.n_jobs, progress, tell)
     mark_equal(outcome.mutants)
     return outcome
 

@@ -19,20 +19,20 @@ class Switches:
         if not path.exists():
             path.write_bytes(bytes(SIZE))
         with path.open("r+b") as file:
-            self._bytes = mmap.mmap(file.fileno(), SIZE)
+            self.bytes = mmap.mmap(file.fileno(), SIZE)
 
     def only(self, number: int) -> None:
         """Turn one mutant on, and all others off; 0 turns all off."""
-        self._bytes[:] = bytes(SIZE)
+        self.bytes[:] = bytes(SIZE)
         if number:
-            self._bytes[number] = ON
+            self.bytes[number] = ON
 
     def watch(self, numbers: Sequence[int]) -> None:
         """Turn all off, and from now on note which of these are reached."""
-        self._bytes[:] = bytes(SIZE)
+        self.bytes[:] = bytes(SIZE)
         for number in numbers:
-            self._bytes[number] = WATCHED
+            self.bytes[number] = WATCHED
 
     def reached(self, numbers: Sequence[int]) -> list[int]:
         """Return which of the watched were reached."""
-        return [number for number in numbers if self._bytes[number] == OFF]
+        return [number for number in numbers if self.bytes[number] == OFF]
