@@ -42,10 +42,10 @@ _OF_A_GPU = (2, 13)
 
 def count(name: str, value: object, least: int, most: int | None = None) -> int:
     """Check a whole number, which may be one of NumPy's."""
-    given = value.item() if isinstance(value, np.integer) else value
-    if isinstance(given, bool) or not isinstance(given, int) or not least <= given <= (most or LARGEST):
+    given, end = value.item() if isinstance(value, np.integer) else value, LARGEST if most is None else most
+    if isinstance(given, bool) or not isinstance(given, int) or not least <= given <= end:
         too_many = isinstance(given, int) and given > LARGEST
-        upto = f"to {most or LARGEST}" if most or too_many else "or more"
+        upto = "or more" if most is None and not too_many else f"to {end}"
         raise InputError(f"{name}={value!r}; expected a whole number, {least} {upto}")
     return given
 

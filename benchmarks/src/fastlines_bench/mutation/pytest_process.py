@@ -1,0 +1,99 @@
+"""The tests in Python, in a process that is asked to run some of them."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from fastlines import InputError
+
+from .switches import VARIABLE, Switches
+from .trial import FACTOR, SECONDS_MORE, Test
+
+
+class Python:
+    """The tests in Python, in a warm process.
+
+    Parameters
+    ----------
+    checkout : Path
+        The repository, whose tests run.
+    names : sequence of str
+        Folders and files of tests, relative to the checkout.
+    switches : Switches
+        The file of switches, whose folder gets the output of pytest.
+    environment : mapping
+        The variables of the process.
+    module : str
+        The module that is the process.
+    """
+
+    def __init__(
+        self,
+        checkout: Path,
+        names: Sequence[str],
+        switches: Switches,
+        environment: Mapping[str, str],
+        module: str = "warm_pytest",
+    ) -> None:
+        names = [name for name in names if (checkout / name).exists()]
+        self._log = switches.path.with_suffix(".log").open("w")
+        self._process = subprocess.Popen(
+            [sys.executable, "-m", f"{__package__}.{module}", *names],
+            cwd=checkout,
+            env={**environment, VARIABLE: str(switches.path), "PYTHONHASHSEED": "0"},
+            text=True,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=self._log,
+        )
+        self._ask(None, "collected")
+
+    def record(self, numbers: Sequence[int], progress: Callable[[str, float], None]) -> list[Test]:
+        """Run all tests without a mutant; return them with the numbers that they reach."""
+        tests, wrong = [], []
+        for answer in self._answers({"watch": list(numbers)}, "watched"):
+            tests.append(Test(answer["test"], answer["seconds"], frozenset(answer["reached"])))
+            progress(answer["test"].split("::")[0], 0.0)
+            if answer["failed"]:
+                wrong.append(answer["test"])
+        if wrong or not tests:
+            raise InputError(f"tests fail without a mutant, such as {', '.join(wrong[:3]) or 'all'}")
+        return tests
+
+    def failing(self, tests: Sequence[Test]) -> str | None:
+        """Run tests until one fails; return which, or None."""
+        if not tests:
+            return None
+        seconds = FACTOR * sum(test.seconds for test in tests) + SECONDS_MORE
+        failed, end = None, None
+        for answer in self._answers({"run": [test.name for test in tests], "seconds": seconds}, "end"):
+            failed, end = answer.get("failed", failed), answer.get("end", end)
+        return failed or (None if end == "0" else f"{tests[0].module} and others end: {end}")
+
+    def close(self) -> None:
+        """End the process."""
+        self._process.kill()
+        self._process.communicate()
+        self._log.close()
+
+    def _ask(self, asked: Any, last: str) -> list[dict[str, Any]]:
+        return list(self._answers(asked, last))
+
+    def _answers(self, asked: Any, last: str) -> Iterable[dict[str, Any]]:
+        assert self._process.stdin is not None
+        assert self._process.stdout is not None
+        if asked is not None:
+            self._process.stdin.write(json.dumps(asked) + "\n")
+            self._process.stdin.flush()
+        for line in self._process.stdout:
+            answer: dict[str, Any] = json.loads(line)
+            if last == "end" or last not in answer:
+                yield answer
+            if last in answer:
+                return
+        raise InputError(f"pytest ended; its output is in {self._log.name}")

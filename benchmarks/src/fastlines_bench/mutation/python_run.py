@@ -1,0 +1,72 @@
+"""Runs the tests with each mutant of the Python package, several at a time."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from fastlines import InputError
+
+from .mutant import Mutant
+from .pytest_process import Python
+from .python_sources import package_folder
+from .switches import Switches
+from .trial import Test, try_mutants, with_fixtures
+
+#: Tests of what is checked and refused, read and kept.
+FOLDERS = (
+    "tests/build/test_build_memory.py",
+    "tests/build/test_builders.py",
+    "tests/geometry",
+    "tests/io",
+    "tests/query",
+    "tests/structure",
+    "tests/test_arrays.py",
+    "tests/test_input.py",
+)
+
+
+class Worker:
+    """Runs tests with one mutant at a time, in a process that has imported the mutated package."""
+
+    def __init__(self, checkout: Path, names: Sequence[str], switches: Path) -> None:
+        self._switches = Switches(switches)
+        self._switches.only(0)
+        self._python = Python(checkout, names, self._switches, os.environ, "python_pytest")
+        self.close = self._python.close
+
+    def record(self, numbers: Sequence[int], progress: Callable[[str, float], None]) -> list[Test]:
+        """Run all tests without a mutant; return them with the mutants that they reach."""
+        return with_fixtures(self._python.record(numbers, progress))
+
+    def noticed_by(self, mutant: Mutant, groups: Sequence[Sequence[Test]]) -> str:
+        """Run groups of tests with a mutant until one fails; return which, or ""."""
+        self._switches.only(mutant.number)
+        try:
+            return next(filter(None, map(self._python.failing, groups)), "")
+        finally:
+            self._switches.only(0)
+
+
+def run_mutants(
+    checkout: Path,
+    folder: Path,
+    mutants: Sequence[Mutant],
+    seconds: float,
+    n_jobs: int,
+    progress: Callable[[str, float], None],
+    tell: Callable[[str], None],
+) -> None:
+    """Set the status of each mutant of the installed package, as `try_mutants` does, by several workers."""
+    workers = [Worker(checkout, FOLDERS, folder / f"switches-{i}") for i in range(n_jobs)]
+    try_mutants(workers, mutants, seconds, progress, tell)
+
+
+def check_same(checkout: Path) -> None:
+    """Raise an error unless the installed package is that of a checkout, whose tests run."""
+    sources, installed = checkout / "src" / "fastlines", package_folder()
+    for path in sorted(sources.rglob("*.py")):
+        other = installed / path.relative_to(sources)
+        if not other.exists() or other.read_bytes() != path.read_bytes():
+            raise InputError(f"{other} differs from {path}: install the package of the checkout, whose tests run")
