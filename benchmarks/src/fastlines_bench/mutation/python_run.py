@@ -11,6 +11,7 @@ from fastlines import InputError
 from .mutant import Mutant
 from .pytest_process import Python
 from .python_sources import package_folder
+from .recording import Recording
 from .switches import Switches
 from .trial import Test, try_mutants, with_fixtures
 
@@ -31,14 +32,17 @@ class Worker:
     """Runs tests with one mutant at a time, in a process that has imported the mutated package."""
 
     def __init__(self, checkout: Path, names: Sequence[str], switches: Path) -> None:
-        self._switches = Switches(switches)
+        self._checkout, self._switches = checkout, Switches(switches)
         self._switches.only(0)
         self._python = Python(checkout, names, self._switches, os.environ, "python_pytest")
         self.close = self._python.close
 
     def record(self, numbers: Sequence[int], progress: Callable[[str, float], None]) -> list[Test]:
-        """Run all tests without a mutant; return them with the mutants that they reach."""
-        return with_fixtures(self._python.record(numbers, progress))
+        """Run all tests without a mutant, unless a run before has; return them with the mutants that they reach."""
+        shared = [*package_folder().rglob("*.py"), *(self._checkout / "tests" / "support").rglob("*.py")]
+        kept = Recording(self._switches.path.with_suffix(".json"), self._checkout, sorted(shared), numbers)
+        kept.add(self._python.record(numbers, progress, kept.files))
+        return with_fixtures(kept.tests)
 
     def noticed_by(self, mutant: Mutant, groups: Sequence[Sequence[Test]]) -> str:
         """Run groups of tests with a mutant until one fails; return which, or ""."""

@@ -1,8 +1,8 @@
 """A process that has collected the tests, and forks for each list of them that is to run.
 
-It reads lines of JSON from stdin. ``{"watch": [numbers]}`` runs all tests, and tells for each the mutants that it
-reaches and its time. ``{"run": [tests], "seconds": limit}`` runs some until one fails. It answers in lines of JSON. The
-caller turns a mutant on, in the file of switches.
+It reads lines of JSON from stdin. ``{"watch": [numbers], "without": [files]}`` runs all tests but those of some files,
+and tells for each the mutants that it reaches and its time. ``{"run": [tests], "seconds": limit}`` runs some until one
+fails. It answers in lines of JSON. The caller turns a mutant on, in the file of switches.
 """
 
 from __future__ import annotations
@@ -58,8 +58,8 @@ class Server:
         for line in sys.stdin:
             asked = json.loads(line)
             if "watch" in asked:
-                self._in_fork(lambda asked=asked: self._watch(session, asked["watch"]), None)
-                self._tell({"watched": True})
+                end = self._in_fork(lambda asked=asked: self._watch(session, asked["watch"], asked["without"]), None)
+                self._tell({"watched": end})
             else:
                 of = {item.nodeid: item for item in session.items}
                 items = [of[name] for name in asked["run"] if name in of]
@@ -69,9 +69,9 @@ class Server:
     def _tell(self, answer: dict[str, Any]) -> None:
         os.write(self._answers, (json.dumps(answer) + "\n").encode())
 
-    def _watch(self, session: pytest.Session, numbers: Sequence[int]) -> int:
+    def _watch(self, session: pytest.Session, numbers: Sequence[int], without: Sequence[str]) -> int:
         switches = Switches(Path(os.environ[VARIABLE]))
-        for item, following in _pairs(session.items):
+        for item, following in _pairs([item for item in session.items if item.nodeid.split("::")[0] not in without]):
             switches.watch(numbers)
             begin = time.perf_counter()
             self._report.clear()
