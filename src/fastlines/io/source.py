@@ -20,6 +20,7 @@ from ..arrays import FloatArray, name_rows
 from ..errors import FileFormatError, InputError
 from ..geometry.offsets import Offset, offset_of
 from ..progress import ProgressCallback
+from ..support.texts import in_one_line, printable
 from .stored_array import StoredArray
 
 #: So many bytes are read at once.
@@ -46,11 +47,6 @@ def reason(error: Exception) -> str:
     """Describe an error of another library in one short printable line."""
     words = " ".join(str(error).split()) or type(error).__name__
     return printable(words[:120])
-
-
-def printable(text: str) -> str:
-    """Replace characters that cannot be printed in one line by question marks."""
-    return "".join(char if char.isprintable() else "?" for char in text)
 
 
 class Source:
@@ -173,11 +169,11 @@ class Source:
 
     def error(self, message: str) -> FileFormatError:
         """Return an error about this file."""
-        return FileFormatError(f"{self.name}: {printable(message)}")
+        return FileFormatError(f"{self.name}: {in_one_line(message)}")
 
     def warn(self, message: str) -> None:
         """Record an oddity, of which `read` warns once the file is read."""
-        self.oddities.append(f"{self.name}: {printable(message)}")
+        self.oddities.append(f"{self.name}: {in_one_line(message)}")
 
     def text(self) -> str:
         """Return the file as text: UTF-8, or else Latin-1; with or without a byte order mark."""
