@@ -19,17 +19,17 @@ T = TypeVar("T")
 #: A file of up to 64 KB is read or refused in so many seconds of one processor.
 MAX_SECONDS = 1.0
 #: An error is one line of at most so many characters.
-MAX_MESSAGE = 2000
+MAX_MESSAGE = 1000
 
 
-class Fault(AssertionError):
+class FaultError(AssertionError):
     """Something that may not happen."""
 
 
 def require(holds: bool, what: str) -> None:
     """Raise a fault unless something holds."""
     if not holds:
-        raise Fault(what)
+        raise FaultError(what)
 
 
 def made_or_refused(make: Callable[[], T]) -> T | fl.FastlinesError:

@@ -1,7 +1,8 @@
 """Fuzzes the readers of line files and `fl.load`, guided by coverage (Atheris): ``python tests/fuzz/run.py [TARGET…]``.
 
-Each run reads one damaged file. Seeds are the files of `corpora/TARGET`. What is found, and new files that reach new
-code, go to `--folder`. A row of a table in Markdown ends each target. ``--seeds`` writes the seeds anew.
+Each run reads one damaged file. The seeds are in `corpora/TARGET`; ``--seeds`` writes them anew. Files that reach new
+code are kept in `build/fuzz/corpora`. A file with a fault is `build/fuzz/TARGET-crash-…`; put it into `corpora/TARGET`,
+whose files `test_corpora.py` replays. The output is a table in Markdown, with a row for each target.
 
 Atheris: https://github.com/google/atheris. Of the package, only what reads files is instrumented.
 """
@@ -33,8 +34,6 @@ MORE_BYTES, MAX_LENGTH = 1 << 30, 4096
 #: One run in so many is compared, and one in so many reads a file stretched to 64 KB.
 COMPARED, STRETCHED = 16, 1024
 LONG = 1 << 16
-#: The file that counts the runs and the accepted files; a process that is killed leaves it too.
-COUNTS = "counts"
 
 
 def main() -> None:
@@ -84,7 +83,7 @@ def in_process(name: str, given: argparse.Namespace) -> bool:
         [sys.executable, __file__, name, "--here", *options], text=True, errors="replace", stderr=subprocess.PIPE
     )
     said, seconds = done.stderr, time.monotonic() - start
-    n_runs, n_accepted = np.fromfile(given.folder / name / COUNTS, np.int64)
+    n_runs, n_accepted = np.fromfile(given.folder / f"{name}.counts", np.int64)
     edges, features = (max(map(int, re.findall(rf"{key}: (\d+)", said)), default=0) for key in ("cov", "ft"))
     row = [name, n_runs, round(seconds), edges, features, n_accepted, min(done.returncode, 1)]
     print("| " + " | ".join(map(str, row)) + " |", flush=True)
@@ -112,9 +111,10 @@ def fuzz(name: str, given: argparse.Namespace) -> None:
         warnings.simplefilter("ignore", kind)
     fl.set_num_threads(1)
     limit_memory()
-    kept = given.folder / name
-    kept.mkdir(parents=True, exist_ok=True)
-    counts = np.memmap(kept / COUNTS, np.int64, "w+", shape=2)
+    corpora = [given.folder / "corpora" / name, HERE / "corpora" / name]
+    for corpus in corpora:
+        corpus.mkdir(parents=True, exist_ok=True)
+    counts = np.memmap(given.folder / f"{name}.counts", np.int64, "w+", shape=2)
 
     def one(data: bytes) -> None:
         choice = zlib.crc32(data)
@@ -127,14 +127,12 @@ def fuzz(name: str, given: argparse.Namespace) -> None:
         return target.mutate(bytes(data), most, Random(seed), lambda part, size: bytes(atheris.Mutate(part, size)))
 
     options = [f"-runs={given.runs}", f"-max_total_time={given.seconds}", f"-seed={given.seed}", "-timeout=10"]
-    options += [f"-max_len={MAX_LENGTH}", "-mutate_depth=3", "-rss_limit_mb=2048", f"-artifact_prefix={kept}/found-"]
-    words = kept / "words"
+    options += [f"-max_len={MAX_LENGTH}", "-mutate_depth=3", "-rss_limit_mb=2048"]
+    options.append(f"-artifact_prefix={given.folder / name}-")
+    words = given.folder / f"{name}.words"
     if target.words:
         options.append(f"-dict={words}")
     words.write_text("".join(f'"{"".join(f"{chr(92)}x{byte:02x}" for byte in word)}"\n' for word in target.words))
-    corpora = [kept / "corpus", HERE / "corpora" / name]
-    for corpus in corpora:
-        corpus.mkdir(parents=True, exist_ok=True)
     atheris.Setup([sys.argv[0], *options, *map(str, corpora)], one, custom_mutator=mutate)
     atheris.Fuzz()
 

@@ -132,7 +132,7 @@ def shortened(text: str, most: int = 40) -> str:
 
 
 #: The most characters of what an error or a warning says of a file.
-_MAX_MESSAGE = 1000
+_MAX_MESSAGE = 700
 
 
 def printable(text: str) -> str:
@@ -146,7 +146,7 @@ def in_one_line(message: str) -> str:
     Examples
     --------
     >>> len(in_one_line("x" * 5000))
-    1000
+    700
     """
     if len(message) > _MAX_MESSAGE:
         message = f"{message[: _MAX_MESSAGE // 2]} … {message[3 - _MAX_MESSAGE // 2 :]}"
