@@ -2,22 +2,17 @@
 
 from __future__ import annotations
 
-import struct
-import zipfile
 from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import mutators
-import numpy as np
+import seeds
 import trees
 from claims import check_usable, made_or_refused, require
 from comparisons import Comparison, by_nibabel, by_numpy, from_file, in_chunks, packed, written
 from mutators import Mutator
-from support import line_files, vtk_files
-from support.line_files import COUNTS, POINTS, SAMPLES
-from support.text_files import TEXTS
+from support import line_files
 
 import fastlines as fl
 from fastlines.io import reading, table
@@ -61,12 +56,6 @@ class Target:
     n_choices: int = 2
 
 
-def samples(*extensions: str) -> Callable[[], list[bytes]]:
-    """Return the files of `tests/support` with these extensions."""
-    known = {**SAMPLES, **TEXTS}
-    return lambda: [data for name, data in known.items() if Path(name).suffix in extensions]
-
-
 def reader(
     extension: str,
     *more: bytes | Callable[[], list[bytes]],
@@ -101,15 +90,15 @@ def reader(
                 way(file, data, chosen, lines)
         return is_read
 
-    def seeds() -> list[bytes]:
-        found = samples("." + extension)()
+    def files() -> list[bytes]:
+        found = seeds.samples("." + extension)()
         for one in more:
             found += [one] if isinstance(one, bytes) else one()
         return found
 
     if mutate is None:
         mutate = mutators.binary if words is None else mutators.text(tokens(words))
-    return Target(name or extension, extension, seeds, run, mutate, tokens(words or ""), needs, 2 * len(options))
+    return Target(name or extension, extension, files, run, mutate, tokens(words or ""), needs, 2 * len(options))
 
 
 def tokens(words: str) -> tuple[bytes, ...]:
@@ -121,81 +110,6 @@ def read(row: table.Format, name: str, data: bytes, *, invalid: str, **options: 
     """Read lines as `fl.read` does, from memory."""
     source = Source(data, name)
     return reading.parse(row, source.as_utf8() if row.text else source, invalid, options)
-
-
-# --- Seeds beside those of `tests/support` ---
-
-
-def hairs() -> list[bytes]:
-    """Hair with and without each array."""
-    return [line_files.hair(bits=bits) for bits in (3, 7, 11)]
-
-
-def tracts() -> list[bytes]:
-    """Streamlines of TrackVis in both byte orders, with and without what they may have."""
-    return [line_files.trk(), line_files.trk(byte_order=">", n_scalars=2), line_files.trk(promised=0)]
-
-
-def tracks() -> list[bytes]:
-    """Streamlines of MRtrix of other types."""
-    return [
-        line_files.tck(head="datatype: Float64BE\n", dtype=">f8"),
-        line_files.tck(head="count: 4\ndatatype: Float32LE\n"),
-    ]
-
-
-def arrays() -> list[bytes]:
-    """NumPy arrays of several types and orders."""
-    cube = POINTS[:6].reshape(3, 2, 3)
-    return [line_files.npy(cube.astype(dtype)) for dtype in (">f8", "<i2", "?")] + [
-        line_files.npy(np.asfortranarray(cube)),
-        line_files.npy_of("'<f4'", "(0, 6)"),
-    ]
-
-
-def archives() -> list[bytes]:
-    """Archives of arrays: strands and curves."""
-    control = np.arange(24, dtype="<f4").reshape(2, 4, 3)
-    return [
-        line_files.npz(control=control, strands=[0, 0], radius=np.ones((2, 4), "<f4")),
-        line_files.npz(points=POINTS, counts=COUNTS, fa=np.arange(7)),
-    ]
-
-
-def vtk_texts() -> list[bytes]:
-    """Legacy files."""
-    return [vtk_files.legacy(), vtk_files.legacy(binary=True), vtk_files.legacy(binary=True, version="5.1")]
-
-
-def vtk_xmls() -> list[bytes]:
-    """XML files: plain, encoded, appended, compressed."""
-    return [
-        vtk_files.xml(),
-        vtk_files.xml(form="binary"),
-        vtk_files.xml(form="appended", size_type="UInt64", order=">"),
-        vtk_files.xml(form="binary", packer="vtkZLibDataCompressor"),
-        vtk_files.xml(form="appended", packer="vtkLZMADataCompressor", raw=False),
-    ]
-
-
-def bundles() -> list[bytes]:
-    """Archives of streamlines, one of them compressed."""
-    return [
-        line_files.trx(extra=line_files.TRX_EXTRA, method=zipfile.ZIP_DEFLATED),
-        line_files.trx(points=POINTS.astype("<f2"), last_offset=False),
-    ]
-
-
-def geometries() -> list[bytes]:
-    """Well-known binary of several types."""
-    line = struct.pack("<BII6d", 1, 1002, 2, *range(6))
-    return [
-        struct.pack("<BII4d", 1, 2, 2, *range(4)),
-        struct.pack(">BII8d", 0, 3002, 2, *range(8)),
-        struct.pack("<BII", 1, 5, 2) + line * 2,
-        struct.pack("<BIII", 1, 0x20000007, 4326, 3) + line + struct.pack("<BI2d", 1, 1, 0, 0) + line,
-        struct.pack("<BIII6d", 1, 3, 1, 3, *range(6)),
-    ]
 
 
 def run_wkb(data: bytes, choice: int, compares: bool | None) -> bool:
@@ -224,11 +138,11 @@ TARGETS: tuple[Target, ...] = (
     ),
     reader(
         "json",
-        samples(".geojsonl"),
+        seeds.samples(".geojsonl"),
         name="geojson",
         options=({}, {"radius": "a"}),
-        words='"crs": null "type":"LineString", "type":"GeometryCollection","geometries":[ "coordinates":[[0,0],[1,1]], '
-        '"properties":{"a":1}, \\u0000 \\ud800 [[ ]] {} "bbox":[], ¶{"type":"Point","coordinates":[]}',
+        words='"crs": null "type":"LineString", "type":"GeometryCollection","geometries":[ "coordinates":[[0,0]], '
+        '"properties":{"a":1}, \\u0000 \\ud800 [[ ]] {} "bbox":[], ¶{"type":"Point"}',
     ),
     reader(
         "gpx",
@@ -236,18 +150,18 @@ TARGETS: tuple[Target, ...] = (
         "<time>2020-01-01T00:00:00Z</time> <extensions> </extensions> <name>x</name> <number>1</number>",
         options=({}, {"elevation": False}),
     ),
-    reader("hair", hairs),
+    reader("hair", seeds.hairs),
     reader("txt", name="mitsuba", options=({}, {"basis": "bspline"}), words="nan -inf 1e39 ¶¶ # 0~0~0~1¶ ,"),
     reader(
         "pdb",
-        samples(".cif"),
+        seeds.samples(".cif"),
         words="CONECT ATOM~~ HETATM MODEL ENDMDL TER END LINK SSBOND ANISOU _struct_conn. loop_ data_ HEADER CRYST1",
         needs=("gemmi",),
     ),
-    reader("npy", arrays, oracles=(by_numpy,), chunks=True),
+    reader("npy", seeds.arrays, oracles=(by_numpy,), chunks=True),
     reader(
         "npz",
-        archives,
+        seeds.archives,
         mutate=mutators.archive(
             [
                 f"{name}.npy"
@@ -293,16 +207,16 @@ TARGETS: tuple[Target, ...] = (
     reader("swc", words="#~OFFSET~1~2~3¶ #~SCALE~2~2~2¶ 1~1~0~0~0~1~-1¶ 5~3~0~0~0~1~4¶ -1¶ , #~ \t nan 1e39"),
     reader(
         "tck",
-        tracks,
+        seeds.tracks,
         oracles=(by_nibabel,),
         chunks=True,
         words="count:~4¶ datatype:~Float32BE¶ datatype:~Float64LE¶ file:~.~60¶ END¶ ¶END¶ mrtrix~tracks¶ # :",
     ),
     reader("tfx"),
-    reader("trk", tracts, oracles=(by_nibabel,), chunks=True),
+    reader("trk", seeds.tracts, oracles=(by_nibabel,), chunks=True),
     reader(
         "trx",
-        bundles,
+        seeds.bundles,
         chunks=True,
         options=({}, {"bundle": "left"}),
         mutate=mutators.archive(
@@ -329,7 +243,7 @@ TARGETS: tuple[Target, ...] = (
     reader("data", name="usc"),
     reader(
         "vtk",
-        vtk_texts,
+        seeds.vtk_texts,
         options=({}, {"radius": "fa"}),
         words="DATASET~POLYDATA¶ DATASET~UNSTRUCTURED_GRID¶ CELLS~1~3¶2~0~1¶ CELL_TYPES~1¶3¶ LINES~1~3¶2~0~1¶ "
         "POINTS~1~float¶0~0~0¶ POINT_DATA~1¶ CELL_DATA~1¶ SCALARS~a~float¶ FIELD~f~1¶ METADATA¶ OFFSETS~vtktypeint64¶ "
@@ -337,21 +251,21 @@ TARGETS: tuple[Target, ...] = (
     ),
     reader(
         "vtp",
-        vtk_xmls,
-        samples(".vtu"),
+        seeds.vtk_xmls,
+        seeds.samples(".vtu"),
         words=XML + " <Piece~NumberOfPoints='1'> </Piece> <DataArray~type='Float32'~format='ascii'> </DataArray> "
         "offset='0' NumberOfComponents='3' type='Int8' format='binary' Name='a' <FieldData> AAAA ==== <Verts> <Lines> "
         "<AppendedData~encoding='raw'>_ compressor='vtkZLibDataCompressor' header_type='UInt64'",
     ),
     reader(
         "csv",
-        samples(".wkt"),
+        seeds.samples(".wkt"),
         name="wkt",
         options=({}, {"radius": "length"}, {"column": "the_geom"}),
         words="LINESTRING(0~0,1~1) MULTILINESTRING((0~0,1~1),(2~2,3~3)) GEOMETRYCOLLECTION( POINT(0~0) Z~ M~ ZM~ EMPTY "
         "SRID=4326; NULL \" ' ; | \t \r ¶ ( ) , nan geom # POLYGON((0~0,1~0,1~1,0~0))",
     ),
-    Target("wkb", "wkb", geometries, run_wkb),
+    Target("wkb", "wkb", seeds.geometries, run_wkb),
     Target("load", "flt", trees.seeds, trees.run, mutators.tree),
 )
 #: The readers that are not fuzzed, as another package parses their files.
