@@ -127,7 +127,7 @@ def fuzz(name: str, given: argparse.Namespace) -> None:
         return target.mutate(bytes(data), most, Random(seed), lambda part, size: bytes(atheris.Mutate(part, size)))
 
     options = [f"-runs={given.runs}", f"-max_total_time={given.seconds}", f"-seed={given.seed}", "-timeout=10"]
-    options += [f"-max_len={MAX_LENGTH}", "-mutate_depth=3", "-rss_limit_mb=2048"]
+    options += [f"-max_len={MAX_LENGTH}", "-mutate_depth=2", "-rss_limit_mb=2048"]
     options.append(f"-artifact_prefix={given.folder / name}-")
     words = given.folder / f"{name}.words"
     if target.words:
@@ -154,11 +154,13 @@ def limit_memory() -> None:
 
 
 def stretched(data: bytes, choice: int) -> bytes:
-    """Repeat a part of a file until it has 64 KB: what takes a time that grows faster than the file shows there."""
+    """Repeat two parts of a file until it has 64 KB: what takes more than in proportion to a file shows there."""
     random = Random(choice)
-    start = random.randrange(len(data) + 1)
-    part = data[start : start + random.choice((1, 2, 4, 16, 64, 256))]
-    return data[:start] + part * ((LONG - len(data)) // max(len(part), 1)) + data[start:]
+    for most in (LONG // 2, LONG):
+        start = random.randrange(len(data) + 1)
+        part = data[start : start + random.choice((1, 2, 4, 16, 64, 256))]
+        data = data[:start] + part * ((most - len(data)) // max(len(part), 1)) + data[start:]
+    return data
 
 
 if __name__ == "__main__":

@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-import sys
 import tracemalloc
 from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
-
-sys.path.insert(0, str(Path(__file__).parent))
-
 import targets
 from mutators import joined_tree, split_tree
 

@@ -7,6 +7,7 @@ import math
 import os
 import re
 import tempfile
+from bisect import bisect
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from io import BytesIO
@@ -256,13 +257,16 @@ class Source:
                 f"{what} ({dims} of {dtype.itemsize} bytes, from byte {start}) do not fit into "
                 f"the file's {self.size} bytes; {BAD_COPY}"
             )
-        for other_start, other_stop, other in self._taken:
-            if max(start, other_start) < min(stop, other_stop):
-                raise self.error(
-                    f"{what} (bytes {start} to {stop}) overlap {other} "
-                    f"(bytes {other_start} to {other_stop}); its header is damaged or was written wrongly: fix it"
-                )
-        self._taken.append((start, stop, what))
+        if start < stop:
+            # The arrays so far are sorted, and none overlaps another one.
+            at = bisect(self._taken, (start, stop))
+            for other_start, other_stop, other in self._taken[max(at - 1, 0) : at + 1]:
+                if max(start, other_start) < min(stop, other_stop):
+                    raise self.error(
+                        f"{what} (bytes {start} to {stop}) overlap {other} "
+                        f"(bytes {other_start} to {other_stop}); its header is damaged or was written wrongly: fix it"
+                    )
+            self._taken.insert(at, (start, stop, what))
         self.position = stop
         return start
 
