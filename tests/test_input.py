@@ -56,6 +56,12 @@ BAD: dict[str, tuple[Callable[[], Any], list[str]]] = {
         ["strands", "9223372036854775808", "2^63"],
     ),
     "segments masked": (lambda: fl.build(np.ma.masked_array(ONE, ONE > 0)), ["segments", "masked", "fill"]),
+    "strands too large": (lambda: fl.Lines.from_segments(ONE, strands=[2**62]), ["strands", "4611686018427387904"]),
+    "Lines strands below": (lambda: fl.Lines(ONE, np.array([-2])), ["strands", "-2", "-1 for none"]),
+    "Curves strands too large": (
+        lambda: fl.Curves.from_bezier(np.zeros((1, 4, 3)), strands=[2**62]),
+        ["strands", "4611686018427387904"],
+    ),
     "strands masked": (
         lambda: fl.Lines.from_segments(ONE, strands=np.ma.masked_array([1], [True])),
         ["strands", "masked"],

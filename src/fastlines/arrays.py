@@ -27,6 +27,9 @@ FLOAT32_MAX = float(np.finfo(np.float32).max)
 #: Coordinates beyond this would overflow when squared in the arithmetic of the builders.
 COORDINATE_LIMIT = 1e30
 
+#: The numbers of strands are smaller, so that those of two containers can be counted on.
+STRAND_LIMIT = 2**62
+
 #: The rounding error of a coordinate that is worth a warning, as a fraction of the scene's longest side.
 COARSE = 2.0**-18
 
@@ -170,6 +173,29 @@ def to_integers(values: npt.ArrayLike, name: str) -> IntArray:
     if array.dtype.kind == "u" and array.size and int(array.max()) > np.iinfo(np.int64).max:
         raise InputError(f"{name} hold {array.max()}; expected whole numbers below 2^63")
     return array.astype(np.int64, copy=False)
+
+
+def to_strands(values: npt.ArrayLike) -> IntArray:
+    """Convert the numbers of strands to int64; all below 0 become -1, which is no strand.
+
+    Examples
+    --------
+    >>> to_strands([0, 7, -3])
+    array([ 0,  7, -1])
+    """
+    strands = to_integers(values, "strands")
+    if strands.size and strands.min() < -1:
+        strands = np.maximum(strands, -1)
+    check_strands(strands)
+    return strands
+
+
+def check_strands(strands: IntArray) -> None:
+    """Refuse numbers that strands cannot have."""
+    if strands.size and not -1 <= strands.min() <= strands.max() < STRAND_LIMIT:
+        raise InputError(
+            f"strands are from {strands.min()} to {strands.max()}; expected numbers from 0 to 2^62, or -1 for none"
+        )
 
 
 def is_on_device(array: Any) -> bool:

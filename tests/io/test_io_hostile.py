@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gzip
 import io
+import json
 import re
 import struct
 import tracemalloc
@@ -240,6 +241,18 @@ def test_arrays_of_one_name(load):
         for value in (0, 1):
             archive.writestr("segments.npy", npy(np.full((1, 2, 3), value)))
     assert "holds several members named 'segments.npy'" in message_of(load, stream.getvalue(), "a.npz")
+
+
+def test_what_is_quoted_is_short_and_printable(load):
+    name = "a\x82\n" * 5000
+    for data, file in [
+        (json.dumps({"type": name}), "a.geojson"),
+        (f"property float {name}", "a.ply"),
+        (f"{name},{name}\n1,2", "a.csv"),
+    ]:
+        message = message_of(load, data.encode(), file)
+        assert message.isprintable()
+        assert len(message) < 1000
 
 
 # --- Cut short and damaged ---

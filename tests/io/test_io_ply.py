@@ -102,7 +102,7 @@ def test_lists_of_vertices_and_edges_are_skipped(load, order):
 
 def test_strands_of_a_property_and_names_that_meet(load):
     header = PLY_HEADER.replace("short age", "short strand")
-    np.testing.assert_array_equal(load(ply("", header=header), "a.ply").strands, [0, -1, -2, -3])
+    np.testing.assert_array_equal(load(ply("", header=header), "a.ply").strands, [0, -1, -1, -1])
     lines = load(ply("<", header=PLY_HEADER.replace("short age", "short red")), "a.ply")
     np.testing.assert_array_equal(lines.attributes["red of edge"], [0, -1, -2, -3])
     lines = load(ply("", header=PLY_HEADER.replace("short age", "float strand")), "a.ply")

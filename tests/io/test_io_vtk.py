@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import tracemalloc
 from dataclasses import replace
 
 import numpy as np
@@ -112,6 +113,27 @@ def test_arrays_that_cannot_be_used_are_told(load):
     messages = [str(each.message) for each in told]
     for said in ("'few' has 2 rows for 7 points", "field data 'TIME' are left out", LEFT_OUT):
         assert any(said in message for message in messages), messages
+
+
+@pytest.mark.filterwarnings("ignore::fastlines.FileWarning")
+@pytest.mark.parametrize("binary", [False, True])
+def test_texts_of_all_lengths_take_little_memory(load, binary):
+    n = 10_000
+    texts = b"\xc1x" * n + (n + (2 << 14)).to_bytes(2, "big") if binary else b"x\n" * n
+    data = legacy(binary=binary) + b"FIELD f 1\na 1 10001 string\n" + texts + b"y" * n + b"\n"
+    tracemalloc.start()
+    try:
+        check(load(data, "a.vtk"))
+        assert tracemalloc.get_traced_memory()[1] < 20e6
+    finally:
+        tracemalloc.stop()
+
+
+def test_arrays_of_the_same_bytes_count_each(load):
+    array, n = '<DataArray type="Int8" Name="a" format="appended" offset="0"/>', 1 << 20
+    data = f'<VTKFile type="PolyData"><PolyData><Piece><PointData>{array * 300}</PointData></Piece></PolyData>'.encode()
+    data += b'<AppendedData encoding="raw">_' + n.to_bytes(4, "little") + bytes(n) + b"</AppendedData></VTKFile>"
+    assert "sizes before its array 'a' do not fit" in message_of(load, data, "a.vtp")
 
 
 def test_points_without_lines(load):

@@ -261,6 +261,13 @@ def test_quotes_of_either_kind(load, text, kind):
     np.testing.assert_array_equal(load(text.format(kind).encode(), "a.csv").segments, [[[0, 0, 0], [1, 1, 0]]])
 
 
+def test_columns_of_one_name(load):
+    lines = load(b'wkt,a,a 4,a,a\n"LINESTRING(0 0,1 1)",1,2,3,4\n', "a.csv")
+    assert {name: values.tolist() for name, values in lines.attributes.items() if name != "feature"} == {
+        "a": [1], "a 4": [2], "a 4 4": [3], "a 5": [4]
+    }  # fmt: skip
+
+
 def test_a_column_called_as_the_values_of_points(load):
     lines = load(b'm,wkt\n7,"LINESTRING M (0 0 1, 1 1 2)"\n', "a.csv")
     assert lines.end_attributes["m"].tolist() == [[1, 2]]
@@ -292,6 +299,7 @@ def test_long_runs_take_no_time(load):
     n = 200_000
     for text in (f"LINESTRING{' ' * n}x", "SRID=" + "1" * n, "A" * n, "(" * n, " " * n + "("):
         message_of(load, b"wkt\n" + text.encode(), "a.csv")
+    load(b"wkt" + b",a" * 20_000 + b"\n", "a.csv")
 
 
 def test_a_single_column_needs_no_quotes(load):

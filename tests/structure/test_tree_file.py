@@ -215,6 +215,16 @@ def test_lying_settings(tmp_path: Path, text: str) -> None:
     refused(tmp_path / "a.flt", joined(with_metadata(header, settings=text), body))
 
 
+def test_what_is_quoted_is_short_and_printable(tmp_path: Path) -> None:
+    header, body = split(saved(tmp_path / "a.flt")[1])
+    settings = json.loads(header["__metadata__"]["settings"])
+    text = json.dumps(settings | {"\x82 \n" + "x" * 5000: 1})
+    refused(tmp_path / "a.flt", joined(with_metadata(header, settings=text), body))
+    with pytest.raises(fl.FileFormatError) as caught:
+        fl.load(tmp_path / "a.flt", verify=False)
+    assert str(caught.value).isprintable()
+
+
 @pytest.mark.parametrize("text", ["3", "[3]", '{"a": null}', '{"a": 1e999}', '{"a": []}', "[" * 100_000, ""], ids=len)
 def test_lying_limits(tmp_path: Path, text: str) -> None:
     header, body = split(saved(tmp_path / "a.flt")[1])

@@ -19,6 +19,7 @@ from ..errors import FileFormatError
 from ..support.atomic_write import atomic_write
 from ..support.immutable import Immutable, frozen
 from ..support.metadata import read_only, to_json
+from ..support.texts import in_one_line
 
 #: The file of a manifest in the folder of its forest, that of what a build was begun with, and the folder of what it
 #: has not finished.
@@ -202,15 +203,16 @@ class Manifest(Immutable):
         except UNUSABLE:
             raise FileFormatError(f"{path} is damaged: it is not JSON with a format; {ADVICE}") from None
         if form != FORMAT:
+            said = in_one_line(f"the format {form!r} of fastlines {version}")
             raise FileFormatError(
-                f"{path} has the format {form!r} of fastlines {version}, expected {FORMAT!r}; build the forest again "
-                "with this version, or read it with that one"
+                f"{path} has {said}, expected {FORMAT!r}; build the forest again with this version, or read it with "
+                "that one"
             )
         try:
             tiles = tuple(TileFacts(**tile) for tile in given.pop("tiles"))
             return cls(tiles=tiles, **given)
         except UNUSABLE as error:
-            raise FileFormatError(f"{path} is damaged: {error}; {ADVICE}") from None
+            raise FileFormatError(f"{path} is damaged: {in_one_line(str(error))}; {ADVICE}") from None
 
 
 def _box(corners: Any) -> FloatArray:

@@ -13,6 +13,7 @@ from ..arrays import (
     INVALID,
     FloatArray,
     IntArray,
+    check_strands,
     choice,
     column,
     kind_of,
@@ -21,6 +22,7 @@ from ..arrays import (
     refuse_rows,
     to_float32,
     to_integers,
+    to_strands,
     unusable,
     warn_of_rounding,
 )
@@ -71,6 +73,7 @@ def check_columns(control: FloatArray, radius: FloatArray | None, strands: IntAr
                 f"{name}: {kind_of(values)}; Curves of {n} take {np.dtype(dtype)} of shape {shape}, and "
                 "Curves.from_bezier converts other arrays"
             )
+    check_strands(strands)
     if radius is not None and (bad := bad_radius(radius)).any():
         raise InputError(
             f"radius: {int(bad.sum())} of {n} curves ({list_rows(bad)}) have coefficients that are not numbers up to "
@@ -120,7 +123,7 @@ def convert_bezier(
     )
     if both := per_curve.keys() & per_end.keys():
         raise InputError(f"{min(both)!r} is in attributes and in end_attributes; give it once")
-    numbers = np.full(n, -1) if strands is None else to_integers(strands, "strands")
+    numbers = np.full(n, -1) if strands is None else to_strands(strands)
     if numbers.shape != (n,):
         raise InputError(f"strands have shape {numbers.shape}; expected ({n},), one for each curve")
     return Converted(control, radii, bad, numbers, per_curve, per_end)

@@ -13,6 +13,7 @@ from ..arrays import (
     AnyArray,
     FloatArray,
     IntArray,
+    check_strands,
     column,
     is_far,
     kind_of,
@@ -22,6 +23,7 @@ from ..arrays import (
     refuse_rows,
     to_float32,
     to_integers,
+    to_strands,
     unusable,
     warn_of_rounding,
 )
@@ -70,6 +72,7 @@ def check_columns(
                 f"{name}: {kind_of(values)}; Lines of {n} segments take {np.dtype(dtype)} of shape "
                 f"{' or '.join(map(str, shapes))}, and Lines.from_segments converts other arrays"
             )
+    check_strands(strands)
     if radius is not None and not ((radius >= 0) & (radius <= COORDINATE_LIMIT)).all():
         raise InputError(f"radius holds values that are not numbers from 0 to {COORDINATE_LIMIT:g}")
     if len(skipped) and (skipped[0] < 0 or skipped[-1] >= n + len(skipped) or (np.diff(skipped) <= 0).any()):
@@ -97,7 +100,7 @@ def convert_segments(segments: npt.ArrayLike, more: dict[str, Any]) -> Converted
         raise InputError(f"segments have shape {array.shape}; {expected}")
     warn_of_rounding(segments, array)
     n_given = len(array)
-    strands = to_integers(more.pop("strands", np.broadcast_to(-1, n_given)), "strands")
+    strands = to_strands(more.pop("strands", np.broadcast_to(-1, n_given)))
     radius = more.pop("radius", None)
     radius = None if radius is None else own_float32(radius, "radius")
     if radius is not None and radius.ndim == 0:

@@ -295,6 +295,7 @@ class Lines(StrandPoints):
             ``skipped``. The ``prim`` of a hit then counts the segments that are left; its ``row``, those of the input.
         **more
             ``strands``, ``radius``, ``attributes`` and ``end_attributes``, one row per segment; or one radius for all.
+            Numbers of strands below 0 become -1.
 
         Raises
         ------

@@ -148,7 +148,7 @@ def _texts(arrays: Mapping[str, AnyArray], warn: Callable[[str], None]) -> dict[
     found: dict[str, str] = {}
     other = []
     for name, values in arrays.items():
-        text = str(values.reshape(-1)[0]) if values.dtype.kind == "U" and values.size == 1 else ""
+        text = str(values.reshape(-1)[0]) if values.dtype.kind in "OU" and values.size == 1 else ""
         if (name == "up" and text in AXES) or (name == "unit" and text and text.isprintable()):
             found[name] = text
         else:

@@ -25,6 +25,7 @@ from ..geometry.curves import Curves
 from ..geometry.lines import Lines
 from ..geometry.offsets import NO_OFFSET, Offset, check_offset, with_offset
 from ..progress import ProgressCallback, ProgressOption, reporting
+from ..support.texts import in_one_line
 from ..support.warn_caller import warn_caller
 from . import table
 from .format import AnyLines, Format
@@ -186,7 +187,7 @@ def parsing(row: Format, source: Source) -> Iterator[None]:
         if source.stopped is not None:
             raise source.stopped from None
         if isinstance(error, InputError):
-            raise InputError(f"{source.name}: {error}") from None
+            raise InputError(f"{source.name}: {in_one_line(str(error))}") from None
         if isinstance(error, _DAMAGE) and not isinstance(error, FastlinesError):
             kind = type(error).__name__
             raise source.error(f"cannot be read as {row.name} ({kind}: {reason(error)}); {BAD_COPY}") from error

@@ -7,6 +7,7 @@ import math
 import os
 import re
 import tempfile
+from bisect import bisect
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from io import BytesIO
@@ -20,6 +21,7 @@ from ..arrays import FloatArray, name_rows
 from ..errors import FileFormatError, InputError
 from ..geometry.offsets import Offset, offset_of
 from ..progress import ProgressCallback
+from ..support.texts import in_one_line, printable
 from .stored_array import StoredArray
 
 #: So many bytes are read at once.
@@ -53,11 +55,6 @@ def reason(error: Exception) -> str:
     """Describe an error of another library in one short printable line."""
     words = " ".join(str(error).split()) or type(error).__name__
     return printable(words[:120])
-
-
-def printable(text: str) -> str:
-    """Replace characters that cannot be printed in one line by question marks."""
-    return "".join(char if char.isprintable() else "?" for char in text)
 
 
 class Source:
@@ -180,11 +177,11 @@ class Source:
 
     def error(self, message: str) -> FileFormatError:
         """Return an error about this file."""
-        return FileFormatError(f"{self.name}: {printable(message)}")
+        return FileFormatError(f"{self.name}: {in_one_line(message)}")
 
     def warn(self, message: str) -> None:
         """Record an oddity, of which `read` warns once the file is read."""
-        self.oddities.append(f"{self.name}: {printable(message)}")
+        self.oddities.append(f"{self.name}: {in_one_line(message)}")
 
     def text(self) -> str:
         """Return the file as text: UTF-8, or else Latin-1; with or without a byte order mark."""
@@ -267,13 +264,16 @@ class Source:
                 f"{what} ({dims} of {dtype.itemsize} bytes, from byte {start}) do not fit into "
                 f"the file's {self.size} bytes; {BAD_COPY}"
             )
-        for other_start, other_stop, other in self._taken:
-            if max(start, other_start) < min(stop, other_stop):
-                raise self.error(
-                    f"{what} (bytes {start} to {stop}) overlap {other} "
-                    f"(bytes {other_start} to {other_stop}); its header is damaged or was written wrongly: fix it"
-                )
-        self._taken.append((start, stop, what))
+        if start < stop:
+            # The arrays so far are sorted, and none overlaps another one.
+            at = bisect(self._taken, (start, stop))
+            for other_start, other_stop, other in self._taken[max(at - 1, 0) : at + 1]:
+                if max(start, other_start) < min(stop, other_stop):
+                    raise self.error(
+                        f"{what} (bytes {start} to {stop}) overlap {other} "
+                        f"(bytes {other_start} to {other_stop}); its header is damaged or was written wrongly: fix it"
+                    )
+            self._taken.insert(at, (start, stop, what))
         self.position = stop
         return start
 

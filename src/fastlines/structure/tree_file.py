@@ -19,6 +19,7 @@ from ..settings.settings import Cost, Limits, Presplit, Settings
 from ..settings.splits import split_set_from
 from ..support import container
 from ..support.metadata import to_json
+from ..support.texts import in_one_line
 from ..support.warn_caller import warn_caller
 from . import layout_file
 from .geometry_file import from_sections, to_sections
@@ -127,7 +128,7 @@ def from_arrays(
     """Make a tree of the arrays that were read of a file; see `read`."""
 
     def refuse(why: str) -> FileFormatError:
-        return FileFormatError(f"{path} is not a usable tree file: {why}; {advice}")
+        return FileFormatError(f"{path} is not a usable tree file: {in_one_line(why)}; {advice}")
 
     if metadata.get("format") != FORMAT:
         raise refuse(f"its format is {metadata.get('format')!r}, expected {FORMAT!r}")

@@ -26,6 +26,7 @@ import numpy.typing as npt
 
 from ..errors import FileFormatError, InputError
 from .atomic_write import atomic_write
+from .texts import in_one_line
 
 Arrays: TypeAlias = dict[str, npt.NDArray[Any]]
 
@@ -121,7 +122,7 @@ def read(
     size = facts.st_size
 
     def refuse(why: str) -> FileFormatError:
-        return FileFormatError(f"{path} is not a whole tree file: {why}; {advice}")
+        return FileFormatError(f"{path} is not a whole tree file: {in_one_line(why)}; {advice}")
 
     if not (stat.S_ISREG(facts.st_mode) or stat.S_ISDIR(facts.st_mode)):
         raise FileFormatError(f"{path} is not a regular file; expected a tree file, which can be mapped into memory")

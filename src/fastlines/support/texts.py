@@ -129,3 +129,25 @@ def shortened(text: str, most: int = 40) -> str:
     'abcd…'
     """
     return text if len(text) <= most else text[: most - 1] + "…"
+
+
+#: The most characters of what an error or a warning says of a file.
+_MAX_MESSAGE = 700
+
+
+def printable(text: str) -> str:
+    """Replace characters that cannot be printed in one line by question marks."""
+    return text if text.isprintable() else "".join(char if char.isprintable() else "?" for char in text)
+
+
+def in_one_line(message: str) -> str:
+    """Return a message that quotes a file as one printable line, without the middle of very long ones.
+
+    Examples
+    --------
+    >>> len(in_one_line("x" * 5000))
+    700
+    """
+    if len(message) > _MAX_MESSAGE:
+        message = f"{message[: _MAX_MESSAGE // 2]} … {message[3 - _MAX_MESSAGE // 2 :]}"
+    return printable(message)

@@ -25,10 +25,10 @@ import numpy.typing as npt
 from ...arrays import IntArray, is_text
 from ...geometry.lines import Lines
 from ...geometry.strand_attributes import FEATURE
-from ...support.texts import kinds_text
+from ...support.texts import kinds_text, printable
 from ..losses import conventions, free_name, strand_numbers
 from ..polylines import Polylines, polylines_of
-from ..source import Source, printable, reason
+from ..source import Source, reason
 from .columns import kept_columns, radius_of, with_features
 
 Float64Array = npt.NDArray[np.float64]

@@ -25,7 +25,8 @@ from ...arrays import AnyArray
 from ...errors import FileFormatError
 from ...geometry.lines import Lines
 from ...geometry.strand_attributes import FEATURE, with_strand_values
-from ..source import Source, printable, reason
+from ...support.texts import printable
+from ..source import Source, reason
 from .columns import column_of, kept_columns, quoted, with_features
 
 _POINTS = {"trkpt": "trkseg", "rtept": "rte"}

@@ -22,6 +22,8 @@ _IGNORED = frozenset(
 #: What a curve can be: its basis and its degree.
 KINDS = ((b"bezier", 3), (b"bspline", 3), (b"bezier", 2), (b"bspline", 2))
 _KIND_OF = {(basis, b"%d" % degree): kind for kind, (basis, degree) in enumerate(KINDS)}
+#: The parameters of a curve that are read.
+_PARAMETERS = frozenset(b"P basis degree type width width0 width1".split())
 
 
 class _State(NamedTuple):
@@ -207,7 +209,8 @@ class Scene:
 
     def _attribute(self, words: Words) -> None:
         if words.string("the target of Attribute") == b"shape":
-            self._state = self._state._replace(defaults={**self._state.defaults, **dict(words.parameters())})
+            given = {name: value for name, value in words.parameters() if name in _PARAMETERS}
+            self._state = self._state._replace(defaults={**self._state.defaults, **given})
         else:
             words.skip()
 

@@ -16,6 +16,7 @@ import numpy as np
 
 from ...arrays import AnyArray
 from ...errors import FileFormatError
+from ...geometry.strand_attributes import objects
 from ...geometry.vtk_cells import Cells, cells_in_rows
 from ..source import BAD_COPY, Source
 from .number_text import parse_numbers
@@ -119,7 +120,7 @@ class Legacy:
     def strings(self, n: int) -> AnyArray:
         """Read n texts: a line each, or a length of 1 to 8 bytes and the text."""
         if self.is_text:
-            return np.array([unquote(self.line()) for _ in range(n) if self.at < len(self.source.data)], dtype=np.str_)
+            return objects(unquote(self.line()) for _ in range(n) if self.at < len(self.source.data))
         texts = []
         for _ in range(n):
             n_bytes = 8 >> (self.source.data[self.at] >> 6) if self.at < len(self.source.data) else 1
@@ -129,7 +130,7 @@ class Legacy:
             if self.at > len(self.source.data):
                 raise self.source.error(f"a text of {length} bytes from byte {start} on does not fit; {BAD_COPY}")
             texts.append(self.source.data[start : self.at].decode("utf-8", "replace"))
-        return np.array(texts, dtype=np.str_)
+        return objects(texts)
 
     def read(self) -> DataSet:
         """Read all sections."""

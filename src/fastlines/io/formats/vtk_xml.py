@@ -17,6 +17,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from ...arrays import AnyArray
+from ...geometry.strand_attributes import objects
 from ...geometry.vtk_cells import Cells
 from ..source import BAD_COPY, Source, reason
 from .number_text import parse_numbers
@@ -91,8 +92,11 @@ class Xml:
 
     def join(self, whole: dict[str, AnyArray], parts: list[dict[str, AnyArray]]) -> None:
         """Join the arrays of pieces; warn of those that some pieces lack."""
-        for name in dict.fromkeys(name for part in parts for name in part):
-            several = [part[name] for part in parts if name in part]
+        found: dict[str, list[AnyArray]] = {}
+        for part in parts:
+            for name, values in part.items():
+                found.setdefault(name, []).append(values)
+        for name, several in found.items():
             if len(several) < len(parts) or len({values.shape[1:] for values in several}) > 1:
                 self.source.warn(f"its array {name!r} is not in all of its pieces, and is left out")
             else:
@@ -136,7 +140,7 @@ class Xml:
                 self.source.warn(f"one of its arrays {name!r} is left out, as another one has the same name")
             elif each.get("type") == "String":
                 texts = values.astype(np.uint8).tobytes().split(b"\0")[:-1]
-                found[name] = np.array([text.decode("utf-8", "replace") for text in texts], dtype=np.str_)
+                found[name] = objects(text.decode("utf-8", "replace") for text in texts)
             else:
                 found[name] = values
         return found
@@ -195,7 +199,8 @@ class Xml:
         size = self.size_type.itemsize
         if self.unpack is None:
             n_bytes = int(np.frombuffer(take(at, size)[0], self.size_type)[0])
-            self.check(n_bytes <= len(data), what)
+            self.left -= n_bytes  # several arrays may be the same bytes
+            self.check(n_bytes <= len(data) and self.left >= 0, what)
             # The number of bytes is encoded with them, or by itself and then padded.
             alone = is_base64 and data[at : at + -(-size // 3) * 4].endswith(b"=")
             return take(take(at, size)[1], n_bytes)[0] if alone or not is_base64 else take(at, size + n_bytes)[0][size:]

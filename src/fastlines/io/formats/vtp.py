@@ -15,9 +15,9 @@ import numpy as np
 from ...arrays import AnyArray
 from ...geometry.lines import Lines
 from ...geometry.vtk_cells import RADIUS
+from ...support.texts import printable
 from ..losses import free_name, strand_numbers
 from ..polylines import polylines_of
-from ..source import printable
 from .vtk import read as read
 
 _TYPES = {"f": "Float", "i": "Int", "u": "UInt"}

@@ -19,8 +19,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 from ...geometry.lines import Lines
-from ...support.texts import kinds_text
-from ..source import Source, printable, reason
+from ...support.texts import kinds_text, printable
+from ..source import Source, reason
 from .columns import MISSING, column_of, kept_columns, quoted, radius_of, with_features
 from .wkt_text import BARE_START, START, STARTS, STARTS_LINES, Wkt
 
@@ -176,11 +176,13 @@ def _table(source: Source, delimiter: str, quote: str) -> tuple[list[str], list[
     if any(STARTS.match(word) for word in rows[0][1]):  # without a row of names
         names = [f"column {i}" for i in range(1, len(rows[0][1]) + 1)]
         return names, rows
-    names = []
+    distinct: dict[str, None] = {}
     for i, word in enumerate(rows[0][1], start=1):
         name = printable(word.strip()) or f"column {i}"
-        names.append(f"{name} {i}" if name in names else name)
-    return names, rows[1:]
+        while name in distinct:
+            name += f" {i}"
+        distinct[name] = None
+    return list(distinct), rows[1:]
 
 
 @contextmanager
