@@ -56,6 +56,21 @@ def test_files():
     assert all({"open", "write", "fsync", "rename"} <= set(row["calls"]) for row in rows)
 
 
+def test_library():
+    done("faults", "--only", "library", "--operation", "C build", "--json", "f.json")
+    rows = json.loads(Path("f.json").read_text())["library"]
+    assert [row["mode"] for row in rows] == ["once", "ever", "threads"]
+    assert rows[0]["n_calls"] > 3
+    assert not any(row["wrong"] for row in rows)
+
+
+def test_reads():
+    done("faults", "--only", "reads", "--operation", "read .tck.gz", "--json", "f.json")
+    rows = json.loads(Path("f.json").read_text())["reads"]
+    assert [row["mode"] for row in rows] == ["EIO", "EINTR", "short"]
+    assert all(row["calls"].get("read", 0) > 1 for row in rows)
+
+
 def test_a_careless_writer():
     library = compile_library("files", Path.cwd())
     environment = {**os.environ, "LD_PRELOAD": str(library)}

@@ -53,6 +53,8 @@ def test_run():
     assert sum(row["n"] for row in found["answers"]) > 50
     assert sum(row["n"] for row in found["decisions"]) > 100_000
     assert {row["wrong"] for row in found["decisions"]} == {0}
+    assert sum(row["n"] for row in found["values"]) > 10_000
+    assert {row["wrong"] for row in found["values"]} == {0}
     assert found["found"] == []
 
 

@@ -8,7 +8,7 @@ import hashlib
 import io
 import os
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -52,9 +52,10 @@ def digest(path: Path) -> str:
 
 
 class FileOperations:
-    """All operations; each writes one of two versions."""
+    """All operations; each writes one of two versions. Of formats, those that are named."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, formats: Sequence[str] | None = None) -> None:
+        self.formats = (*written_formats(), ".tck.gz") if formats is None else formats
         first = scene()
         self.lines = [first, fl.Lines.from_strands(list(first.segments[::-1] + np.float32(1)))]
         self.trees = [fl.build(lines) for lines in self.lines]
@@ -71,9 +72,8 @@ class FileOperations:
         yield FileOperation(
             "save with the layout", "a.flt", lambda path, i: self.trees[i].save(path, layout=True), self._read_tree
         )
-        for extension in written_formats():
+        for extension in self.formats:
             yield FileOperation(f"write {extension}", f"a{extension}", self._write_lines, self._read_lines)
-        yield FileOperation("write .tck.gz", "a.tck.gz", self._write_lines, self._read_lines)
         yield FileOperation("picture", "a.png", lambda path, i: self._picture(i).save(path), digest)
         yield FileOperation("film", "a.gif", self._write_film, digest)
         yield FileOperation("query_parquet", "hits.parquet", self._query_parquet, self._read_parquet)
@@ -92,7 +92,6 @@ class FileOperations:
         yield FileOperation("fastlines convert", "a.trk", command("convert", "{input}", "{output}"), self._read_lines)
         size = ("--width", "24", "--radius", "0.01")
         yield FileOperation("fastlines render", "a.png", command("render", "{input}", "-o", "{output}", *size), digest)
-        yield FileOperation("fastlines render --resume", "a.png", self._resume, digest, goes_on=True)
         yield FileOperation(
             "fastlines draw", "a.png", command("draw", "{input}", "--kind", "levels", "-o", "{output}"), digest
         )
@@ -144,11 +143,6 @@ class FileOperations:
         library.fl_free_tree(tree)
         if status:
             raise FastlinesError(library.fl_error_message().decode())
-
-    def _resume(self, path: Path, i: int) -> None:
-        """Render in bands, with a state beside the picture that the next call goes on from."""
-        size = ("--width", "24", "--radius", "0.01", "--samples", "2")
-        run_command(["render", str(self.inputs[i]), "-o", str(path), *size, "--resume"])
 
     def _build_forest(self, path: Path, i: int) -> None:
         fl.build_forest(self.inputs[i], path, max_segments=300)

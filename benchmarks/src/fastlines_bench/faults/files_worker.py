@@ -97,7 +97,7 @@ class FileTrial:
 
 def main(name: str, mode: str, first: str, folder: str) -> None:
     """Run one operation in one mode, from one call on."""
-    operations = FileOperations(Path(os.path.realpath(folder)))
+    operations = FileOperations(Path(os.path.realpath(folder)), [name.removeprefix("write ")])
     operation = next(each for each in operations if each.name == name)
     trial = FileTrial(operation, Path(os.path.realpath(folder)), mode)
     n = int(first)

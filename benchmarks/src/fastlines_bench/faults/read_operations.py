@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -31,9 +31,10 @@ class ReadOperation:
 
 
 class ReadOperations:
-    """All operations, over files in a folder that nothing else is in."""
+    """All operations, over files in a folder that nothing else is in; of formats, those that are named."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, formats: Sequence[str] | None = None) -> None:
+        self.formats = (*written_formats(), ".tck.gz") if formats is None else formats
         self.output = Path(os.path.realpath(folder))
         self.folder = self.output / "read"
         self.folder.mkdir()
@@ -48,7 +49,7 @@ class ReadOperations:
 
         yield operation("load", "a.flt", self.tree.save, self._load)
         yield operation("load with a layout", "a.flt", lambda path: self.tree.save(path, layout=True), self._load)
-        for extension in (*written_formats(), ".tck.gz"):
+        for extension in self.formats:
             yield operation(f"read {extension}", f"a{extension}", self._write, self._read)
         yield operation("read_chunks", "a.tck", self._write, self._chunks)
         yield operation("open a forest", "forest", self._build_forest, self._forest)

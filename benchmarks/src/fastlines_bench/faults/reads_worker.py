@@ -62,7 +62,7 @@ class ReadTrial:
 
 def main(name: str, mode: str, first: str, folder: str) -> None:
     """Run one operation in one mode, from one call on."""
-    operations = ReadOperations(Path(os.path.realpath(folder)))
+    operations = ReadOperations(Path(os.path.realpath(folder)), [name.removeprefix("read ")])
     operation = next(each for each in operations if each.name == name)
     trial = ReadTrial(operation, operations.folder, mode)
     n = int(first)
