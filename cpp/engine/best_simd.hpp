@@ -2,7 +2,7 @@
 // the runtime library of MSVC, __builtin_cpu_supports does not link.
 #pragma once
 
-#if defined(__x86_64__) || defined(__i386__)
+#if defined(__x86_64__)
 #include <cpuid.h>
 #endif
 
@@ -13,7 +13,7 @@ inline constexpr const char* kSimdNames[] = {"avx512", "avx2", "sse42", "neon", 
 
 /// The name of the widest instruction set that this processor has and that an engine can be compiled for.
 inline const char* best_simd() {
-#if defined(__x86_64__) || defined(__i386__)
+#if defined(__x86_64__)
   unsigned eax, ebx, ecx, edx, features, more_features = 0, newer_features = 0, saved = 0;
   if (!__get_cpuid(1, &eax, &ebx, &features, &edx)) return "portable";
   if (__get_cpuid_count(7, 0, &eax, &ebx, &ecx, &edx)) more_features = ebx, newer_features = ecx;

@@ -4,6 +4,7 @@
 #include <charconv>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 #include <locale>
 #include <sstream>
 #include <stdexcept>
@@ -214,6 +215,14 @@ std::string json_string(std::string_view text) {
     to += digits[c & 15];
   }
   return to + "\"";
+}
+
+std::string json_number(double number) {
+  std::ostringstream stream;  // std::to_chars of a double needs macOS 13.3
+  stream.imbue(std::locale::classic());
+  stream.precision(std::numeric_limits<double>::max_digits10);
+  stream << number;
+  return stream.str();
 }
 
 }  // namespace fl::detail

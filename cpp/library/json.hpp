@@ -42,4 +42,7 @@ struct Json::Member {
 /// A string in quotes.
 std::string json_string(std::string_view text);
 
+/// A number with as many digits as keep its bits.
+std::string json_number(double number);
+
 }  // namespace fl::detail

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <charconv>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
@@ -296,11 +295,7 @@ void write_tree(const TreeImpl& tree, const std::string& path) {
   std::string header =
       "{\"__metadata__\": {\"format\": " + json_string(kFormat) + ", \"method\": " + json_string(origin.method) +
       ", \"settings\": " + json_string(origin.settings) + ", \"limits_hit\": " + json_string(origin.limits_hit);
-  if (origin.built_cost) {
-    char text[32];
-    const char* const end = std::to_chars(text, std::end(text), *origin.built_cost).ptr;
-    header += ", \"built_cost\": " + json_string({text, end});
-  }
+  if (origin.built_cost) header += ", \"built_cost\": " + json_string(json_number(*origin.built_cost));
   if (origin.rest)
     for (const auto& [name, text] : origin.rest->metadata)
       header += ", " + json_string(name) + ": " + json_string(text);

@@ -10,7 +10,7 @@ using namespace fastlines;
 int main() {
   return test::run([] {
     const char* expected = "portable";
-#if defined(__x86_64__) || defined(__i386__)
+#if defined(__x86_64__)
     if (__builtin_cpu_supports("sse4.2")) expected = "sse42";
     if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") && __builtin_cpu_supports("bmi") &&
         __builtin_cpu_supports("bmi2")) {

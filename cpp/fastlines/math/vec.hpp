@@ -6,6 +6,8 @@
 
 namespace fastlines {
 
+static_assert(sizeof(void*) == 8, "fastlines needs a 64-bit processor: sizes of trees and answers pass 2^32 bytes");
+
 using Vec3 = std::array<float, 3>;
 
 inline constexpr float kInfinity = std::numeric_limits<float>::infinity();
