@@ -18,23 +18,8 @@ from fastlines import InputError
 
 from .cpp_mutants import CORE, Found, mutated
 
-#: The C++ tests that run beside those in Python.
-PROGRAMS = (
-    "answers",
-    "collapse_plan",
-    "cut",
-    "gather",
-    "in_box",
-    "leaf_cull",
-    "pairs",
-    "point_cull",
-    "points",
-    "ray_bundle",
-    "round_cones",
-    "shapes",
-    "split_sets",
-    "traverse",
-)
+#: The C++ tests that run beside those in Python: those of parts that Python does not call by themselves.
+PROGRAMS = ("collapse_plan", "cut", "leaf_cull", "point_cull", "ray_bundle", "round_cones")
 HEADER = Path(__file__).with_name("mutants.hpp")
 _COPIED = ("cpp", "src", "examples", "CMakeLists.txt", "pyproject.toml")
 
