@@ -44,6 +44,7 @@ class Build:
         self._notes: dict[str, Any] = json.loads(notes.read_text()) if notes.exists() else {}
         self.left_out: set[tuple[str, ...]] = {tuple(key) for key in self._notes.get("left_out", [])}
         self.programs: list[Path] = []
+        self.numbers: list[int] = []
 
     def make(self, found: Sequence[Found], progress: Progress) -> list[Found]:
         """Write and compile the copy; return the mutants in it, without those that do not compile."""
@@ -63,6 +64,7 @@ class Build:
             if not self._compile():
                 raise InputError(f"the mutated copy does not compile; run cmake --build {self.build} to see why")
         self._note(compiled=self._digest(kept))
+        self.numbers = [each.mutant.number for each in kept]
         return kept
 
     def _note(self, **values: Any) -> None:

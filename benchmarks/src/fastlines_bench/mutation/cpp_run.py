@@ -8,6 +8,7 @@ from .cpp_build import Build
 from .cpp_tests import FOLDERS, Programs
 from .mutant import Mutant
 from .pytest_process import Python
+from .recording import Recording
 from .switches import Switches
 from .trial import Test, try_mutants, with_fixtures
 
@@ -16,18 +17,25 @@ class Worker:
     """Runs tests with one mutant at a time; each worker has switches and processes of its own."""
 
     def __init__(self, build: Build, index: int) -> None:
-        self._switches = Switches(build.folder / f"switches-{index}")
+        self._build, self._switches = build, Switches(build.folder / f"switches-{index}")
         self._switches.only(0)
-        self._programs, self._python = (
-            Programs(build, self._switches),
-            Python(build.checkout, FOLDERS, self._switches, build.environment()),
-        )
+        self._programs = Programs(build, self._switches)
+        self._python = Python(build.checkout, FOLDERS, self._switches, build.environment())
         self.close = self._python.close
 
     def record(self, numbers: Sequence[int], progress: Callable[[str, float], None]) -> list[Test]:
-        """Run all tests without a mutant; return them with the mutants that they reach."""
-        programs = self._programs.record(numbers, progress)
-        return [*programs, *with_fixtures(self._python.record(numbers, progress))]
+        """Run all tests without a mutant, unless a run before has; return them with the mutants that they reach.
+
+        All mutants of the build are recorded, so that a run of some of them can use the recording of all.
+        """
+        sources, support = self._build.source, self._build.checkout / "tests" / "support"
+        shared = [*(sources / "cpp" / "fastlines").rglob("*.hpp"), *(sources / "src").rglob("*.py")]
+        shared += support.rglob("*.py")
+        kept = Recording(
+            self._build.folder / "recording.json", self._build.checkout, sorted(shared), self._build.numbers
+        )
+        kept.add(self._python.record(self._build.numbers, progress, kept.files))
+        return [*self._programs.record(self._build.numbers, progress), *with_fixtures(kept.tests)]
 
     def noticed_by(self, mutant: Mutant, groups: Sequence[Sequence[Test]]) -> str:
         """Run groups of tests with a mutant until one fails; return which, or ""."""

@@ -48,24 +48,24 @@ template <class T>
 }
 
 /// Operators that become one of two others.
-#define MUTANTS_OPERATOR(Name, op, first, second)                                            \
-  struct Name {                                                                              \
-    int a, b;                                                                                \
-  };                                                                                         \
-  template <class L>                                                                         \
-  struct Name##After {                                                                       \
-    L left;                                                                                  \
-    int a, b;                                                                                \
-  };                                                                                         \
-  template <class L>                                                                         \
-  [[gnu::always_inline]] constexpr Name##After<L> operator op(L left, Name name) {           \
-    return {left, name.a, name.b};                                                           \
-  }                                                                                          \
-  template <class L, class R>                                                                \
-  [[gnu::always_inline]] constexpr auto operator op(Name##After<L> after, R right) {         \
-    if (on(after.a)) return after.left first right;                                          \
-    if (on(after.b)) return after.left second right;                                         \
-    return after.left op right;                                                              \
+#define MUTANTS_OPERATOR(Name, op, first, second)                                    \
+  struct Name {                                                                      \
+    int a, b;                                                                        \
+  };                                                                                 \
+  template <class L>                                                                 \
+  struct Name##After {                                                               \
+    L left;                                                                          \
+    int a, b;                                                                        \
+  };                                                                                 \
+  template <class L>                                                                 \
+  [[gnu::always_inline]] constexpr Name##After<L> operator op(L left, Name name) {   \
+    return {left, name.a, name.b};                                                   \
+  }                                                                                  \
+  template <class L, class R>                                                        \
+  [[gnu::always_inline]] constexpr auto operator op(Name##After<L> after, R right) { \
+    if (on(after.a)) return after.left first right;                                  \
+    if (on(after.b)) return after.left second right;                                 \
+    return after.left op right;                                                      \
   }
 
 MUTANTS_OPERATOR(Less, <, <=, >=)
@@ -83,23 +83,23 @@ MUTANTS_OPERATOR(Or, |, &, &)
 #undef MUTANTS_OPERATOR
 
 /// `x += y` that becomes `x -= y`, and the reverse.
-#define MUTANTS_ASSIGNMENT(Name, op, other)                                        \
-  struct Name {                                                                    \
-    int number;                                                                    \
-  };                                                                               \
-  template <class R>                                                               \
-  struct Name##Before {                                                            \
-    R right;                                                                       \
-    int number;                                                                    \
-  };                                                                               \
-  template <class R>                                                               \
+#define MUTANTS_ASSIGNMENT(Name, op, other)                                          \
+  struct Name {                                                                      \
+    int number;                                                                      \
+  };                                                                                 \
+  template <class R>                                                                 \
+  struct Name##Before {                                                              \
+    R right;                                                                         \
+    int number;                                                                      \
+  };                                                                                 \
+  template <class R>                                                                 \
   [[gnu::always_inline]] constexpr Name##Before<R> operator op(Name name, R right) { \
-    return {right, name.number};                                                   \
-  }                                                                                \
-  template <class L, class R>                                                      \
+    return {right, name.number};                                                     \
+  }                                                                                  \
+  template <class L, class R>                                                        \
   [[gnu::always_inline]] constexpr L& operator op(L& left, Name##Before<R> before) { \
-    if (on(before.number)) return left other before.right;                         \
-    return left op before.right;                                                   \
+    if (on(before.number)) return left other before.right;                           \
+    return left op before.right;                                                     \
   }
 
 MUTANTS_ASSIGNMENT(Add, +=, -=)

@@ -125,7 +125,7 @@ def _set_limits(folder: str) -> None:
 
 
 def _pairs(items: Sequence[pytest.Item]) -> Iterator[tuple[pytest.Item, pytest.Item | None]]:
-    return zip(items, [*items[1:], None], strict=True)
+    return zip(items, [*items[1:], None][: len(items)], strict=True)
 
 
 def main(names: Sequence[str]) -> int:
