@@ -19,6 +19,7 @@ from fastlines.settings.splits import SplitSet
 ONE = np.array([[[-1, -1, -1], [1, 1, 1]]], np.float32)
 TREE = fl.build(ONE)
 NAN, INF = float("nan"), float("inf")
+MASKED = np.ma.masked_array([1.0], [True])
 MANY = np.zeros((20, 2, 3))
 MANY[[3, 5, 7, 8, 9, 11, 13], 0, 1] = NAN
 
@@ -71,6 +72,15 @@ BAD: dict[str, tuple[Callable[[], Any], list[str]]] = {
     "Lines strands list": (lambda: fl.Lines(ONE, [1]), ["strands", "list", "from_segments"]),
     "Lines radius": (lambda: fl.Lines(ONE, np.zeros(1, int), np.float32([-1])), ["radius", "from 0 to"]),
     "Lines attributes": (lambda: fl.Lines(ONE, np.zeros(1, int), None, {"a": np.zeros(3)}), ["a", "(3,)", "1 segm"]),
+    "Lines attributes masked": (lambda: fl.Lines(ONE, attributes={"a": MASKED}), ["a hold masked values", "fill"]),
+    "Lines end attributes masked": (
+        lambda: fl.Lines(ONE, end_attributes={"b": np.ma.stack([MASKED, MASKED], axis=1)}),
+        ["b hold masked values"],
+    ),
+    "Curves attributes masked": (
+        lambda: fl.Curves(np.zeros((1, 4, 3), np.float32), attributes={"a": MASKED}),
+        ["a hold masked values"],
+    ),
     "Lines skipped": (lambda: fl.Lines(ONE, np.zeros(1, int), skipped=np.array([5])), ["skipped", "rising", "2"]),
     "invalid of build of lines": (
         lambda: fl.build(fl.Lines.from_segments(ONE), invalid="bogus"),
