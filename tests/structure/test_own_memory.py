@@ -305,7 +305,7 @@ def test_rows_lead_from_hits_to_the_input(tmp_path):
 
 
 @pytest.mark.parametrize(
-    "strands", [[], [-1, -1], [0, 0, 1, 1, 2], [5, 5, -1, 7, 7], [3, 1, 3, 2], [10**12, 5, 10**12, -1], [2**63 - 1]]
+    "strands", [[], [-1, -1], [0, 0, 1, 1, 2], [5, 5, -1, 7, 7], [3, 1, 3, 2], [10**12, 5, 10**12, -1], [2**62 - 1]]
 )
 def test_how_many_strands_there_are(strands):
     lines = fl.Lines.from_segments(np.zeros((len(strands), 2, 3)), strands=np.array(strands, np.int64))

@@ -294,8 +294,7 @@ class Lines(StrandPoints):
             Refuse segments that hold NaN, Inf or a coordinate beyond 1e30, or leave them out and record their rows in
             ``skipped``. The ``prim`` of a hit then counts the segments that are left; its ``row``, those of the input.
         **more
-            ``strands``, ``radius``, ``attributes`` and ``end_attributes``, one row per segment; or one radius for all.
-            Numbers of strands below 0 become -1.
+            ``strands`` (below 0: none), ``radius``, ``attributes``, ``end_attributes``: one row per segment, or one radius.
 
         Raises
         ------
