@@ -1,10 +1,10 @@
 // The box whose frame the queries of a tree compute in.
 #pragma once
 
-#include <cmath>
-
+#include "core_values.hpp"
 #include "engine.hpp"
 #include "fastlines/tree/tree.hpp"
+#include "line_input.hpp"
 
 namespace fl::detail {
 
@@ -14,8 +14,8 @@ inline fastlines::Box frame_box_of(const TreeOrigin& origin, const fastlines::Tr
   if (!origin.frame) return box;
   const auto& [x0, y0, z0, x1, y1, z1] = *origin.frame;
   const fastlines::Box frame{{x0, y0, z0}, {x1, y1, z1}};
-  const bool is_finite = std::ranges::all_of(*origin.frame, [](float x) { return std::isfinite(x); });
-  if (!is_finite || !(tree.refs.empty() || frame.contains(box)))
+  const bool is_box = is_valid(vector_of(frame.lo)) && is_valid(vector_of(frame.hi)) && !frame.is_empty();
+  if (!is_box || !(tree.refs.empty() || frame.contains(box)))
     throw InputError("the lines leave the frame of the tree; build a tree with a larger frame");
   return frame;
 }

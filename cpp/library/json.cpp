@@ -3,6 +3,7 @@
 
 #include <charconv>
 #include <cmath>
+#include <cstdint>
 #include <cstdio>
 #include <limits>
 #include <locale>
@@ -92,14 +93,24 @@ class Parser {
       value.string = text_.substr(0, is_negative + (rest[0] == 'N' ? 3 : 8));
       value.number = std::copysign(rest[0] == 'N' ? NAN : INFINITY, is_negative ? -1.0 : 1.0);
     } else {
-      // The library of Apple's compiler has no std::from_chars for floats.
       value.string = text_.substr(0, text_.find_first_not_of("+-.0123456789Ee"));
-      std::istringstream stream(value.string);
-      stream.imbue(std::locale::classic());
-      if (value.string.starts_with('+') || !(stream >> value.number) || stream.peek() != EOF)
-        fail("a value is missing");
+      value.number = number_of(value.string);
     }
     text_.remove_prefix(value.string.size());
+  }
+
+  static double number_of(const std::string& text) {
+    constexpr std::size_t most_digits = 15;  // of whole numbers that are surely doubles
+    const char *const begin = text.data(), *const end = begin + text.size();
+    std::uint64_t whole = 0;
+    if (text.size() <= most_digits && text.size() > 0 && std::from_chars(begin, end, whole).ptr == end)
+      return double(whole);
+    // The library of Apple's compiler has no std::from_chars for floats.
+    std::istringstream stream(text);
+    stream.imbue(std::locale::classic());
+    double number = 0;
+    if (text.starts_with('+') || !(stream >> number) || stream.peek() != EOF) fail("a value is missing");
+    return number;
   }
 
   std::string string() {
@@ -186,7 +197,8 @@ const std::string& Json::as_string() const {
 }
 
 double Json::as_number() const {
-  if (kind != Kind::number) throw std::runtime_error("its header has no number where one is expected");
+  if (kind != Kind::number || !std::isfinite(number))
+    throw std::runtime_error("its header has no finite number where one is expected");
   return number;
 }
 

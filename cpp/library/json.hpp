@@ -27,6 +27,7 @@ class Json {
   /// The same; throws if there is none.
   const Json& at(std::string_view name) const;
   const std::string& as_string() const;
+  /// A finite number.
   double as_number() const;
   /// A whole number from 0 to 2^53.
   std::size_t as_size() const;

@@ -28,6 +28,13 @@ struct RayLimits {
     size = side + far;
   }
 
+  /// Throws InputError for lines with a radius that is too large.
+  void check_lines(float radius) const {
+    if (radius > max_radius)
+      throw InputError("the largest radius of the lines, " + std::to_string(radius) + ", is more than 1e12 times " +
+                       "the size of their axes together; leave such lines out");
+  }
+
   /// Whether a ray is certainly valid: a quick check, which most rays pass.
   bool surely_allow(const fastlines::RayQuery& ray) const {
     constexpr float large = 1e30f, small = 1e-7f;

@@ -199,7 +199,7 @@ Vec3d Tree::place(const Point& point, const NearLine& found, To to) const {
   return {place.x + x, place.y + y, place.z + z};
 }
 TreeFacts Tree::facts() const { return impl_->facts(); }
-void Tree::save(const std::string& path) const { detail::write_tree(*impl_, path); }
+void Tree::save(const std::string& path) const { detail::save_tree(*impl_, path); }
 
 Tree Tree::refit(std::span<const Segment> segments, unsigned n_threads) const {
   return Tree(impl_->refit(segments, n_threads));
@@ -214,7 +214,7 @@ Tree build(std::span<const Segment> segments, const BuildOptions& options) {
 Tree build(std::span<const RoundCone> cones, const BuildOptions& options) {
   return Tree(detail::current_engine().build_cones(cones, options));
 }
-Tree load(const std::string& path) { return Tree(detail::read_tree(path)); }
+Tree load(const std::string& path) { return Tree(detail::load_tree(path)); }
 
 void AccTree::Build(const float* lines, int n) {
   if (n < 0) throw InputError("Build: " + std::to_string(n) + " lines; expected 0 or more");

@@ -42,7 +42,9 @@ class TreeOf final : public TreeImpl {
         view_(fastlines::view_of(wide_, prims_)),
         scene_(view_),
         limits_(frame_box_),
-        near_(prims_, wide_, view_, frame_box_, origin_) {}
+        near_(prims_, wide_, view_, frame_box_, origin_) {
+    limits_.check_lines(fastlines::max_radius_of(prims_));
+  }
 
   // One ray. A special one is a batch of one.
 

@@ -8,6 +8,8 @@ void check_bad_input() {
   const std::vector<fl::Segment> bad{{{0, 0, 0}, {1, 1, 1}}, {{0, nan, 0}, {1, 1, 1}}};
   const std::string why = message_of<fl::InputError>([&] { fl::build(bad); });
   check(why.find("line 1") != std::string::npos, "a bad line is named");
+  const fl::RoundCone large{{0, 0, 0}, {1, 1, 1}, 1e13f, 0};
+  check(!message_of<fl::InputError>([&] { fl::build(std::span(&large, 1)); }).empty(), "a radius is not too large");
   const fl::Tree tree = fl::build(std::span(bad).first(1));
   const fl::Ray ray({0, 0, -5}, {0, 0, 1});
   const auto refuses = [&](const fl::Ray& of, float radius) {

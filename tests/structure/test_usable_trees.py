@@ -126,6 +126,15 @@ def test_boxes_are_boxes(tmp_path: Path, value: float) -> None:
             assert_refused(tmp_path / "a.flt", tree, "its box is not a box", nodes=nodes)
 
 
+@pytest.mark.parametrize("s1", [-np.inf, np.nan, 1.0])
+@pytest.mark.parametrize("geometry", [fl.Triangles(SEGMENTS[:, [0, 1, 0]]), fl.Boxes(np.sort(SEGMENTS, axis=1))])
+def test_what_is_not_cut_has_no_pieces(tmp_path: Path, geometry: Any, s1: float) -> None:
+    tree = fl.build(geometry)
+    refs = tree.refs.copy()
+    refs["s1"][3] = s1
+    assert_refused(tmp_path / "a.flt", tree, "is not a piece", refs=refs)
+
+
 def chain(n_levels: int, n_refs: int, side: str = "right", per_leaf: int = 0) -> dict[str, Any]:
     """A chain of nodes, each with a leaf of `per_leaf` references beside it; the deepest leaf lists the rest."""
     n_last = n_refs - n_levels * per_leaf

@@ -117,7 +117,7 @@ class Usable {
 
   /// Whether a reference names a piece. Only curves have pieces, cut between s = 0 and 1; the last piece extends to ∞.
   static bool is_piece(const Reference& ref) {
-    if (!Curves<P>) return ref.s0 == 0.0f && std::isinf(ref.s1);
+    if (!Curves<P>) return ref.s0 == 0.0f && ref.s1 == kInfinity;
     return 0.0f <= ref.s0 && ref.s0 <= std::min(ref.s1, 1.0f) && (ref.s1 <= 1.0f || std::isinf(ref.s1));
   }
 
