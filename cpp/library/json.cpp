@@ -95,6 +95,7 @@ class Parser {
       value.string = text_.substr(0, text_.find_first_not_of("+-.0123456789Ee"));
       std::istringstream stream(value.string);
       stream.imbue(std::locale::classic());
+      stream.exceptions(std::ios::badbit);  // a number that finds no memory is not one that is missing
       if (value.string.starts_with('+') || !(stream >> value.number) || stream.peek() != EOF)
         fail("a value is missing");
     }
