@@ -57,7 +57,7 @@ def test_files():
 
 
 def test_library():
-    done("faults", "--only", "library", "--operation", "C build", "--json", "f.json")
+    done("faults", "--only", "library", "--operation", "C load", "--json", "f.json")
     rows = json.loads(Path("f.json").read_text())["library"]
     assert [row["mode"] for row in rows] == ["once", "ever", "threads"]
     assert rows[0]["n_calls"] > 3

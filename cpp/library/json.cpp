@@ -108,6 +108,7 @@ class Parser {
     // The library of Apple's compiler has no std::from_chars for floats.
     std::istringstream stream(text);
     stream.imbue(std::locale::classic());
+    stream.exceptions(std::ios::badbit);  // a number that finds no memory is not one that is missing
     double number = 0;
     if (text.starts_with('+') || !(stream >> number) || stream.peek() != EOF) fail("a value is missing");
     return number;

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import json
 from pathlib import Path
 
@@ -102,3 +103,13 @@ def test_what_is_no_json(tmp_path: Path, text: str) -> None:
     (tmp_path / "forest.json").write_bytes(text.encode("latin-1"))
     with pytest.raises(fl.FileFormatError, match=r"forest.json is damaged: it is not JSON with a format"):
         Manifest.read(tmp_path)
+
+
+def test_a_disk_that_cannot_be_read_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(*_: object, **__: object) -> str:
+        raise OSError(errno.EIO, "Input/output error")
+
+    example().write(tmp_path)
+    monkeypatch.setattr(Path, "read_text", fail)
+    with pytest.raises(OSError, match=r"^\[Errno 5\] Input/output error: '.*forest\.json'$"):
+        fl.Forest(tmp_path)

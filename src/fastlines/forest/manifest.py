@@ -19,6 +19,7 @@ from ..errors import FileFormatError
 from ..support.atomic_write import atomic_write
 from ..support.immutable import Immutable, frozen
 from ..support.metadata import read_only, to_json
+from ..support.named_errors import naming
 from ..support.texts import in_one_line
 
 #: The file of a manifest in the folder of its forest, that of what a build was begun with, and the folder of what it
@@ -184,7 +185,8 @@ class Manifest(Immutable):
         """
         path = Path(folder) / FILE
         try:
-            text = path.read_text(encoding="utf-8", errors="replace")
+            with naming(path):
+                text = path.read_text(encoding="utf-8", errors="replace")
         except FileNotFoundError:
             if any((Path(folder) / name).exists() for name in (BUILDING, BUILD)):
                 raise FileFormatError(

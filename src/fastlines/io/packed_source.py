@@ -8,8 +8,9 @@ from io import BytesIO
 from typing import BinaryIO
 
 from ..progress import ProgressCallback
+from ..support.named_errors import named
 from . import source
-from .source import BAD_COPY, Source, named, reason
+from .source import BAD_COPY, Source, reason
 
 _MAGIC = b"\x1f\x8b"
 #: How many of the last bytes are kept.

@@ -25,12 +25,13 @@ from ..geometry.curves import Curves
 from ..geometry.lines import Lines
 from ..geometry.offsets import NO_OFFSET, Offset, check_offset, with_offset
 from ..progress import ProgressCallback, ProgressOption, reporting
+from ..support.named_errors import named, naming
 from ..support.texts import in_one_line
 from ..support.warn_caller import warn_caller
 from . import table
 from .format import AnyLines, Format
 from .packed_source import PackedSource
-from .source import BAD_COPY, Source, named, reason
+from .source import BAD_COPY, Source, reason
 
 #: So many of the first bytes of a file tell its format, if its extension does not.
 N_START = 64
@@ -240,11 +241,9 @@ def open_source(path: Path, row: Format, progress: ProgressCallback | None = Non
         yield Source(b"", str(path), path, progress)
         return
     with path.open("rb") as file:
-        try:
+        with naming(path):
             source = _open(file, path, progress)
             opened = source.as_utf8() if row.text else source
-        except OSError as error:
-            raise named(error, str(path)) from None
         yield opened
 
 

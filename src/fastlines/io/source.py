@@ -21,6 +21,7 @@ from ..arrays import FloatArray, name_rows
 from ..errors import FileFormatError, InputError
 from ..geometry.offsets import Offset, offset_of
 from ..progress import ProgressCallback
+from ..support.named_errors import named
 from ..support.texts import in_one_line, printable
 from .stored_array import StoredArray
 
@@ -42,13 +43,6 @@ _MARKS = {
 _XML_ENCODING = re.compile(r"\A(\s*<\?xml[^>]*encoding\s*=\s*[\"'])[\w-]+")
 
 BAD_COPY = "the file is cut short or damaged: get a fresh copy"
-
-
-def named(error: OSError, name: str) -> OSError:
-    """Return an error of the system that names its file; that of a read does not."""
-    if error.errno is None or error.filename is not None or name in str(error):
-        return error
-    return OSError(error.errno, error.strerror, name)
 
 
 def reason(error: Exception) -> str:

@@ -26,6 +26,7 @@ import numpy.typing as npt
 
 from ..errors import FileFormatError, InputError
 from .atomic_write import atomic_write
+from .named_errors import naming
 from .texts import in_one_line
 
 Arrays: TypeAlias = dict[str, npt.NDArray[Any]]
@@ -128,10 +129,8 @@ def read(
         raise FileFormatError(f"{path} is not a regular file; expected a tree file, which can be mapped into memory")
     if size < 8:
         raise refuse(f"it has {size} bytes")
-    try:
+    with naming(path):
         raw = np.memmap(path, np.uint8, "r")
-    except OSError as error:
-        raise OSError(error.errno, error.strerror, os.fspath(path)) from None
     length = int.from_bytes(raw[:8].tobytes(), "little")
     if length > min(MAX_HEADER, size - 8):
         raise refuse("it does not begin like one (if it holds lines, fl.read reads it)")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 from pathlib import Path
 
 import numpy as np
@@ -111,3 +112,25 @@ def test_errors_leave_no_file(tree, tmp_path):
 def test_hits_are_written_as_parquet_alone(tree, tmp_path):
     with pytest.raises(fl.InputError, match=r"hits.csv: hits are written as Parquet; name a .parquet file"):
         fl.query_parquet(tree, tmp_path / "rays.parquet", tmp_path / "hits.csv", radius=0.1)
+
+
+def test_a_disk_that_cannot_read_the_rays_is_named(tree, tmp_path, monkeypatch):
+    """Not the file of hits, which is written at the same time."""
+
+    class Broken:
+        def __init__(self, path):
+            self.file = real(path)
+
+        def iter_batches(self, *_, **__):
+            yield from self.file.iter_batches(100)
+            raise OSError(errno.EIO, "Input/output error")
+
+        def __getattr__(self, name):
+            return getattr(self.file, name)
+
+    write_rays(tmp_path / "rays.parquet")
+    real = pq.ParquetFile
+    monkeypatch.setattr(pq, "ParquetFile", Broken)
+    with pytest.raises(OSError, match=r"^\[Errno 5\] Input/output error: '.*rays\.parquet'$"):
+        fl.query_parquet(tree, tmp_path / "rays.parquet", tmp_path / "hits.parquet")
+    assert not (tmp_path / "hits.parquet").exists()

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
-#include <cstring>
 #include <functional>
 #include <random>
 #include <string>
@@ -260,9 +259,6 @@ class Trial {
       is_refused = true;
     } catch (const std::bad_alloc&) {
       is_refused = true;
-    } catch (const fl::FileError& what) {
-      is_refused = true;
-      if (std::strchr(what.what(), '\n')) error = what.what();
     } catch (const std::exception& what) {
       error = what.what();
     }

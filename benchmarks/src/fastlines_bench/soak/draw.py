@@ -70,7 +70,8 @@ def draw_case(seed: int, number: int, choice: Choice | None = None) -> Case:
         case = replace(
             case, spoiled=tuple(np.sort(rng.integers(0, case.n_prims + 1, int(rng.integers(1, 4)))).tolist())
         )
-    if case.n_prims and not case.is_refit and not is_forest and rng.random() < 0.15:
+    # With an offset, the corners that brute force is given would be rounded again.
+    if case.n_prims and case.offset is None and not case.is_refit and not is_forest and rng.random() < 0.15:
         case = replace(case, frame=_frame(rng, geometry))
     is_plain = all(part.kind == "lines" for part in parts) and not is_forest
     case = replace(case, build=random_build(rng, is_plain, len(geometry.build_data()[1])))

@@ -10,7 +10,7 @@ from .exact import Vector, cross, dot, less, plus, vectors
 from .scenes import Array
 
 #: The width of the band, as a fraction of the size of the scene and of the distance.
-POINT_BAND = 2.0**-22
+POINT_BAND = 2.0**-21
 
 
 def distance_from_cones(points: Array, ends: Array, radii: Array, is_paired: bool = False) -> Array:

@@ -1,4 +1,4 @@
-"""Which primitives are in boxes of space, in wider numbers than float64, and where that is certain.
+"""Which primitives are in boxes of space, in numbers of 80 bits or float64, and where that is certain.
 
 A primitive is in a box if they share a point (docs/answers.md). A line or a triangle is certain if it is in the box
 that is smaller by the band on all sides, or is not in the larger one. A round cone is certain if the least distance
@@ -26,7 +26,10 @@ def decide_in_boxes(kind: str, corners: Array, radii: Array | None, low: Array, 
     band = np.longdouble(REGION_BAND * max(map(float, finite)))
     if radii is not None and radii.any():
         size = float(np.ptp(wide.reshape(-1, 3), axis=0).max(initial=0.0) + 2 * radii.max())
-        depth = _depth_of_cones(wide, radii.astype(np.longdouble), lows, highs)
+        # The band of thick lines is wide enough for float64, relative to the centre of the scene.
+        centre = wide.mean(axis=(0, 1))
+        near = ((of - centre).astype(np.float64) for of in (wide, lows, highs))
+        depth = _depth_of_cones(*near, radii.astype(np.float64))
         return depth <= 0, np.abs(depth) > band + THICK_BAND * size
     test = {"boxes": _has_box, "triangles": _has_triangle}.get(kind, _has_line)
     exact, larger, smaller = (test(wide, lows - grow, highs + grow) for grow in (0 * band, band, -band))
@@ -70,7 +73,7 @@ def _has_triangle(corners: Array, low: Array, high: Array) -> Array:
     return ~is_apart
 
 
-def _depth_of_cones(ends: Array, radii: Array, low: Array, high: Array) -> Array:
+def _depth_of_cones(ends: Array, low: Array, high: Array, radii: Array) -> Array:
     """Return the least distance of axes from boxes, less the radius there, (m, n): the function of s is convex."""
     p, e = ends[None, :, 0], (ends[:, 1] - ends[:, 0])[None]
     slope = (radii[:, 1] - radii[:, 0])[None]

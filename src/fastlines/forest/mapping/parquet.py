@@ -18,6 +18,7 @@ from ...query.queries import QUERIES
 from ...query.ray_arguments import RayOptions, shows_ray_options
 from ...query.ray_queries import RayQueries
 from ...support.atomic_write import atomic_write, check_target
+from ...support.named_errors import naming
 from ...support.optional import optional
 from ...support.texts import listed
 
@@ -111,7 +112,7 @@ def query_parquet(
     progress = options.pop("progress", False)
     with reporting(progress, "rays in Parquet") as callback, atomic_write(hits) as partial:
         try:
-            for batch in (batch for file in opened for batch in _batches(file, rays_at_once)) if n_rays else [_none()]:
+            for batch in _batches(files, opened, rays_at_once) if n_rays else [_none()]:
                 columns = {"radius": radius, **{name: batch[name] for name in SCALARS if name in batch}, **options}
                 columns |= {} if radius is None else {"radius": radius}
                 vectors = (np.stack([batch[name] for name in three], axis=-1) for three in (VECTORS[:3], VECTORS[3:]))
@@ -147,7 +148,8 @@ def _opened(parquet: Any, path: str) -> Any:
     import pyarrow as pa
 
     try:
-        file = parquet.ParquetFile(path)
+        with naming(path):
+            file = parquet.ParquetFile(path)
     except (pa.ArrowInvalid, pa.ArrowException) as error:
         raise FileFormatError(f"{path} is not a Parquet file: {error}") from None
     names = set(file.schema_arrow.names)
@@ -158,14 +160,20 @@ def _opened(parquet: Any, path: str) -> Any:
     return file
 
 
-def _batches(file: Any, size: int) -> Iterator[dict[str, npt.NDArray[Any]]]:
-    """Yield the columns of some rays at a time."""
-    names = [name for name in (*VECTORS, *SCALARS) if name in file.schema_arrow.names]
-    for batch in file.iter_batches(size, columns=names):
-        columns = {name: batch.column(name) for name in names}
-        if nulls := [name for name, column in columns.items() if column.null_count]:
-            raise FileFormatError(f"the columns {listed(nulls)} of rays hold nulls; leave such rays out")
-        yield {name: column.to_numpy(zero_copy_only=False) for name, column in columns.items()}
+def _batches(paths: Sequence[str], files: Sequence[Any], size: int) -> Iterator[dict[str, npt.NDArray[Any]]]:
+    """Yield the columns of some rays of files at a time."""
+    for path, file in zip(paths, files, strict=True):
+        names = [name for name in (*VECTORS, *SCALARS) if name in file.schema_arrow.names]
+        batches = file.iter_batches(size, columns=names)
+        while True:
+            with naming(path):
+                batch = next(batches, None)
+            if batch is None:
+                break
+            columns = {name: batch.column(name) for name in names}
+            if nulls := [name for name, column in columns.items() if column.null_count]:
+                raise FileFormatError(f"the columns {listed(nulls)} of rays hold nulls; leave such rays out")
+            yield {name: column.to_numpy(zero_copy_only=False) for name, column in columns.items()}
 
 
 def _none() -> dict[str, npt.NDArray[Any]]:
