@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import platform
 import re
 import shlex
 import shutil
@@ -124,3 +126,22 @@ def test_the_commands_print_the_folders(tmp_path: Path) -> None:
         ("--cmakedir", fl.get_cmake_dir()),
     ):
         assert run(sys.executable, "-m", "fastlines", option, cwd=tmp_path).strip() == folder
+
+
+@pytest.mark.parametrize("header", ["fastlines.h", "math/vec.hpp"])
+def test_32_bits_are_refused(tmp_path: Path, header: str) -> None:
+    """Of the core, all headers of geometry include the second; the standard library for 32 bits need not be there."""
+    if platform.machine() != "x86_64":
+        pytest.skip("this compiler has no -m32")
+    for name in ("array", "limits"):
+        (tmp_path / name).touch()
+    command = [needs("g++"), "-m32", "-ffreestanding", "-nostdinc++", "-I.", "-fsyntax-only", "-x", "c++"]
+    done = subprocess.run(
+        [*command, "-include", str(Path(fl.get_include()) / "fastlines" / header), os.devnull],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode != 0
+    assert "fastlines needs a 64-bit processor" in done.stderr

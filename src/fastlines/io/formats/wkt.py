@@ -31,7 +31,7 @@ DELIMITERS = ",;\t|"
 _NO_DELIMITER = "\x1f"
 #: Reference systems whose unit is the degree: WGS 84 and those of North America and Europe like it.
 DEGREES = frozenset(("4326", "4269", "4258", "4979"))
-#: The most characters of a field that the csv module takes as a limit everywhere: it is a C long, of 32 bits on Windows.
+#: The largest limit on fields that the csv module takes everywhere: it is a C long, which has 32 bits on Windows.
 _MAX_FIELD = 2**31 - 1
 #: Guards the two numbers below.
 _LOCK = threading.Lock()
