@@ -156,7 +156,8 @@ class Build:
         done = subprocess.run(check, shell=True, cwd=command["directory"], capture_output=True, text=True)
         if done.returncode == 0:
             return set()
-        core, wrong, innermost = str(self.source / CORE), set(), None
+        core, wrong = str(self.source / CORE), set[tuple[str, int]]()
+        innermost: tuple[str, int] | None = None
         for line in done.stderr.splitlines():
             m = re.match(r"(\S+?):(\d+):(?:\d+:)? (.*)", line)
             if not m:
@@ -168,8 +169,7 @@ class Build:
             if "required from" in m[3] and innermost is None:
                 innermost = at
             elif " error:" in f" {m[3]}":
-                if at or innermost:
-                    wrong.add(at or innermost)
+                wrong |= {place for place in (at or innermost,) if place}
                 innermost = None
         if not wrong:
             raise InputError(f"{command['file']} does not compile:\n{done.stderr[:2000]}")
