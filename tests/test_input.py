@@ -85,7 +85,7 @@ BAD: dict[str, tuple[Callable[[], Any], list[str]]] = {
         ["'bogus'", "'error'", "'skip'"],
     ),
     "strands fractions": (lambda: fl.Lines.from_segments(ONE, strands=[1.5]), ["strands", "whole numbers"]),
-    "radius length": (lambda: fl.Lines.from_segments(ONE, radius=[1, 2]), ["radius", "(2,)"]),
+    "radius length": (lambda: fl.Lines.from_segments(ONE, radius=[1, 2]), ["radius", "(2,)", "segment or end"]),
     "attribute length": (lambda: fl.Lines.from_segments(ONE, attributes={"id": [1, 2]}), ["id", "(2,)"]),
     "attributes list": (lambda: fl.Lines.from_segments(ONE, attributes=[1]), ["attributes"]),
     "unknown argument": (lambda: fl.Lines.from_segments(ONE, colour=3), ["'colour'", "strands"]),
