@@ -19,6 +19,7 @@ from fastlines.settings.splits import SplitSet
 ONE = np.array([[[-1, -1, -1], [1, 1, 1]]], np.float32)
 TREE = fl.build(ONE)
 NAN, INF = float("nan"), float("inf")
+MASKED = np.ma.masked_array([1.0], [True])
 MANY = np.zeros((20, 2, 3))
 MANY[[3, 5, 7, 8, 9, 11, 13], 0, 1] = NAN
 
@@ -65,6 +66,15 @@ BAD: dict[str, tuple[Callable[[], Any], list[str]]] = {
     "Lines strands list": (lambda: fl.Lines(ONE, [1]), ["strands", "list", "from_segments"]),
     "Lines radius": (lambda: fl.Lines(ONE, np.zeros(1, int), np.float32([-1])), ["radius", "from 0 to"]),
     "Lines attributes": (lambda: fl.Lines(ONE, np.zeros(1, int), None, {"a": np.zeros(3)}), ["a", "(3,)", "1 segm"]),
+    "Lines attributes masked": (lambda: fl.Lines(ONE, attributes={"a": MASKED}), ["a hold masked values", "fill"]),
+    "Lines end attributes masked": (
+        lambda: fl.Lines(ONE, end_attributes={"b": np.ma.stack([MASKED, MASKED], axis=1)}),
+        ["b hold masked values"],
+    ),
+    "Curves attributes masked": (
+        lambda: fl.Curves(np.zeros((1, 4, 3), np.float32), attributes={"a": MASKED}),
+        ["a hold masked values"],
+    ),
     "Lines skipped": (lambda: fl.Lines(ONE, np.zeros(1, int), skipped=np.array([5])), ["skipped", "rising", "2"]),
     "invalid of build of lines": (
         lambda: fl.build(fl.Lines.from_segments(ONE), invalid="bogus"),
@@ -75,7 +85,7 @@ BAD: dict[str, tuple[Callable[[], Any], list[str]]] = {
         ["'bogus'", "'error'", "'skip'"],
     ),
     "strands fractions": (lambda: fl.Lines.from_segments(ONE, strands=[1.5]), ["strands", "whole numbers"]),
-    "radius length": (lambda: fl.Lines.from_segments(ONE, radius=[1, 2]), ["radius", "(2,)"]),
+    "radius length": (lambda: fl.Lines.from_segments(ONE, radius=[1, 2]), ["radius", "(2,)", "segment or end"]),
     "attribute length": (lambda: fl.Lines.from_segments(ONE, attributes={"id": [1, 2]}), ["id", "(2,)"]),
     "attributes list": (lambda: fl.Lines.from_segments(ONE, attributes=[1]), ["attributes"]),
     "unknown argument": (lambda: fl.Lines.from_segments(ONE, colour=3), ["'colour'", "strands"]),
@@ -83,6 +93,10 @@ BAD: dict[str, tuple[Callable[[], Any], list[str]]] = {
     "points 2d space": (lambda: fl.Lines.from_points(np.zeros((3, 2)), [2]), ["points", "(3, 2)", "3)"]),
     "counts sum": (lambda: fl.Lines.from_points(np.zeros((3, 3)), [2]), ["counts", "3 points"]),
     "counts negative": (lambda: fl.Lines.from_points(np.zeros((2, 3)), [3, -1]), ["counts", "0 or more"]),
+    "counts negative, though none too large": (
+        lambda: fl.Lines.from_points(np.zeros((2, 3)), [2, -1, 1]),
+        ["counts", "0 or more"],
+    ),
     "counts text": (lambda: fl.Lines.from_points(np.zeros((2, 3)), ["2"]), ["counts"]),
     "counts fractions": (lambda: fl.Lines.from_points(np.zeros((2, 3)), [0.5, 1.5]), ["counts"]),
     "counts 2d": (lambda: fl.Lines.from_points(np.zeros((2, 3)), [[2]]), ["counts"]),
@@ -96,6 +110,9 @@ BAD: dict[str, tuple[Callable[[], Any], list[str]]] = {
     "strand text": (lambda: fl.Lines.from_strands(["abc"]), ["strand"]),
     "Lines float64": (lambda: fl.build(fl.Lines(np.zeros((1, 2, 3)), np.zeros(1, np.int64))), ["float32"]),
     "Lines NaN": (lambda: fl.build(fl.Lines(ONE * np.float32(NAN), np.zeros(1, np.int64))), ["NaN"]),
+    "centres of 4 axes": (lambda: fl.Spheres.from_centres(np.zeros((2, 4)), 1), ["centres", "(2, 4)", "(n, 3)"]),
+    "centres 1d": (lambda: fl.Spheres.from_centres(np.zeros(3), 1), ["centres", "(3,)", "(n, 3)"]),
+    "centres 3d": (lambda: fl.Spheres.from_centres(np.zeros((2, 3, 1)), 1), ["centres", "(2, 3, 1)", "(n, 3)"]),
     "triangles": (lambda: fl.Triangles(ONE), ["triangles", "(1, 2, 3)", "(n, 3, 3)"]),
     "triangles NaN": (lambda: fl.Triangles(np.full((2, 3, 3), NAN)), ["2 of 2", "NaN", "rows 0, 1"]),
     "boxes": (lambda: fl.Boxes(np.zeros((3, 6))), ["boxes", "(3, 6)", "(n, 2, 3)"]),

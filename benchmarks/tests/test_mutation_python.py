@@ -126,7 +126,8 @@ def test_mutants_of_the_package():
     assert some
     elsewhere = Mutant(60000, "arrays.py", 1, "number", "", "")
     told: list[str] = []
-    worker = Worker(Path.cwd(), ["test_some.py"], Path("switches").resolve())
+    numbers = [mutant.number for mutant in (*some, elsewhere)]
+    worker = Worker(Path.cwd(), ["test_some.py"], Path("switches").resolve(), numbers)
     try_mutants([worker], [*some, elsewhere], 9.0, lambda *_: None, told.append)
     status = {(mutant.original, mutant.replacement): mutant.status for mutant in some}
     assert elsewhere.status == "not reached"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -181,8 +181,11 @@ def is_on_device(array: Any) -> bool:
 
 
 def refuse_masked(values: object, name: str) -> None:
-    """Refuse masked values, which a tree cannot represent."""
-    if np.ma.is_masked(values):
+    """Refuse masked values, which a tree cannot represent; of a mapping, those of each array in it."""
+    if isinstance(values, Mapping):
+        for key, part in values.items():
+            refuse_masked(part, str(key))
+    elif np.ma.is_masked(values):
         raise InputError(f"{name} hold masked values; fill them, with NaN for example, or leave their rows out")
 
 

@@ -204,6 +204,7 @@ def test_invalid_curves_can_be_skipped() -> None:
     control = random_curves(6)[0]
     control[1, 2, 0], control[3, 0, 0] = np.nan, 2e30
     values = np.arange(6)
+    assert fl.Curves.from_bezier(control[:1]).strands.tolist() == [-1]
     made = fl.Curves.from_bezier(control, [1, 1, 1, 1, -1, 1], strands=values, attributes={"a": values}, invalid="skip")
     assert made.skipped.tolist() == [1, 3, 4]
     assert made.rows.tolist() == made.strands.tolist() == made.attributes["a"].tolist() == [0, 2, 5]

@@ -86,6 +86,7 @@ def test_a_few_selections_are_kept() -> None:
     [
         (4, "parts names 4; there are 4 parts, which count from 0"),
         ([0, -1], "parts names -1"),
+        ([0, 4], "parts names 4"),
         ([[0]], "expected the number of a part, or several"),
         (0.5, "expected whole numbers"),
         (True, "expected whole numbers"),

@@ -39,7 +39,7 @@ def mutation(
         typer.Option(
             "--work",
             metavar="FOLDER",
-            help="Keep what is compiled in this folder, and use it again.",
+            help="Keep what is compiled and which tests reach what in this folder, and use it again.",
             show_default=False,
         ),
     ] = None,
@@ -54,15 +54,19 @@ def mutation(
     """Change one expression or statement of the code at a time, and run the tests, which should notice.
 
     A mutant is such a change: < becomes <=, + becomes -, a margin is left out, a condition is always true, a statement
-    is removed. All of them are compiled at once, each behind a switch, and only the tests that reach a mutant run.
-    Mutants that do not compile are left out. Those that are known to give the same answers are counted apart. The exit
-    code is 1 if a mutant survives. It needs Linux, a checkout, and pip install './benchmarks[mutation]'.
+    is removed. All of them are compiled or imported at once, each behind a switch, and only the tests that reach a
+    mutant run. Mutants that do not compile are left out. Those that are known to give the same answers are counted
+    apart. The exit code is 1 if a mutant survives.
+
+    It needs Linux, a checkout, and pip install './benchmarks[mutation]'.
 
     [bold]Examples[/]
 
     [cyan]fastlines-bench mutation --json mutants.json --work mutated[/]  most of an hour
 
     [cyan]fastlines-bench mutation --work mutated --again mutants.json[/]  what survived, after a change of the tests
+
+    [cyan]fastlines-bench mutation --language python[/]  the checks and limits in Python
     """
     check_files(json_file)
     if not sys.platform.startswith("linux"):

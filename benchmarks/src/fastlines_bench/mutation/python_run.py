@@ -31,24 +31,27 @@ FOLDERS = (
 class Worker:
     """Runs tests with one mutant at a time, in a process that has imported the mutated package."""
 
-    def __init__(self, checkout: Path, names: Sequence[str], switches: Path) -> None:
-        self._checkout, self._switches = checkout, Switches(switches)
+    def __init__(self, checkout: Path, names: Sequence[str], switches: Path, numbers: Sequence[int]) -> None:
+        self._checkout, self._switches, self._numbers = checkout, Switches(switches), numbers
         self._switches.only(0)
         self._python = Python(checkout, names, self._switches, os.environ, "python_pytest")
         self.close = self._python.close
 
     def record(self, numbers: Sequence[int], progress: Callable[[str, float], None]) -> list[Test]:
-        """Run all tests without a mutant, unless a run before has; return them with the mutants that they reach."""
+        """Run all tests without a mutant, unless a run before has; return them with the mutants that they reach.
+
+        All drawn mutants are recorded, so that a run of some of them can use the recording of all.
+        """
         shared = [*package_folder().rglob("*.py"), *(self._checkout / "tests" / "support").rglob("*.py")]
-        kept = Recording(self._switches.path.with_suffix(".json"), self._checkout, sorted(shared), numbers)
-        kept.add(self._python.record(numbers, progress, kept.files))
+        kept = Recording(self._switches.path.with_suffix(".json"), self._checkout, sorted(shared), self._numbers)
+        kept.add(self._python.record(self._numbers, progress, kept.files))
         return with_fixtures(kept.tests)
 
     def noticed_by(self, mutant: Mutant, groups: Sequence[Sequence[Test]]) -> str:
         """Run groups of tests with a mutant until one fails; return which, or ""."""
         self._switches.only(mutant.number)
         try:
-            return next(filter(None, map(self._python.failing, groups)), "")
+            return self._python.failing([test for group in groups for test in group]) or ""
         finally:
             self._switches.only(0)
 
@@ -56,14 +59,16 @@ class Worker:
 def run_mutants(
     checkout: Path,
     folder: Path,
+    drawn: Sequence[Mutant],
     mutants: Sequence[Mutant],
     seconds: float,
     n_jobs: int,
     progress: Callable[[str, float], None],
     tell: Callable[[str], None],
 ) -> None:
-    """Set the status of each mutant of the installed package, as `try_mutants` does, by several workers."""
-    workers = [Worker(checkout, FOLDERS, folder / f"switches-{i}") for i in range(n_jobs)]
+    """Set the status of some of the drawn mutants of the package, as `try_mutants` does, by several workers."""
+    numbers = [mutant.number for mutant in drawn]
+    workers = [Worker(checkout, FOLDERS, folder / f"switches-{i}", numbers) for i in range(n_jobs)]
     try_mutants(workers, mutants, seconds, progress, tell)
 
 

@@ -90,7 +90,7 @@ def run_python(plan: Plan, progress: Progress, tell: Callable[[str], None]) -> O
     drawn = draw(found, plan.sample, plan.seed)
     outcome = Outcome("python", len(found), len(drawn), [m for m in drawn if plan.again is None or m.key in plan.again])
     with _folder(plan.work) as folder:
-        python_run.run_mutants(plan.checkout, folder, outcome.mutants, plan.seconds, plan.n_jobs, progress, tell)
+        python_run.run_mutants(plan.checkout, folder, drawn, outcome.mutants, plan.seconds, plan.n_jobs, progress, tell)
     mark_equal(outcome.mutants)
     return outcome
 
