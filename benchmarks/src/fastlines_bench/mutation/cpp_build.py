@@ -184,7 +184,7 @@ class Build:
         for target in targets[:2]:
             for module in self.build.glob(f"{target}.*"):
                 if module.suffix in (".so", ".pyd"):
-                    shutil.copy2(module, self.source / "src/fastlines" / module.name)
+                    _write_changed(self.source / "src/fastlines" / module.name, module.read_bytes())
         self.programs = [self.build / "cpp/tests" / name for name in targets[2:]]
         return True
 
