@@ -19,7 +19,7 @@ from fastlines import InputError
 from .cpp_mutants import CORE, Found, mutated
 
 #: The C++ tests that run beside those in Python: those of parts that Python does not call by themselves.
-PROGRAMS = ("collapse_plan", "cut", "leaf_cull", "point_cull", "ray_bundle", "round_cones")
+PROGRAMS = ("collapse_plan", "cut", "leaf_cull", "point_cull", "ray_bundle", "round_cones", "scene_cull")
 HEADER = Path(__file__).with_name("mutants.hpp")
 _COPIED = ("cpp", "src", "examples", "CMakeLists.txt", "pyproject.toml")
 
@@ -184,7 +184,7 @@ class Build:
         for target in targets[:2]:
             for module in self.build.glob(f"{target}.*"):
                 if module.suffix in (".so", ".pyd"):
-                    shutil.copy2(module, self.source / "src/fastlines" / module.name)
+                    _write_changed(self.source / "src/fastlines" / module.name, module.read_bytes())
         self.programs = [self.build / "cpp/tests" / name for name in targets[2:]]
         return True
 
