@@ -149,6 +149,7 @@ BAD: dict[str, tuple[Callable[[], Any], list[str]]] = {
     "n_planes many": (lambda: fl.PlaneGrid(4097), ["n_planes=4097", "1 to 4096"]),
     "n_planes float": (lambda: fl.PlaneGrid(16.0), ["n_planes=16.0", "whole"]),
     "n_planes bool": (lambda: fl.PlaneGrid(True), ["n_planes=True", "whole"]),
+    "binned planes max_refs": (lambda: fl.BinnedPlanes(max_refs=0), ["max_refs=0", "1 or more"]),
     "split max_refs": (lambda: fl.Median(max_refs=0), ["max_refs=0", "1 or more"]),
     "split max_refs huge": (lambda: fl.build(ONE, splits=fl.Median(max_refs=2**70)), ["max_refs"]),
     "c_trav 0": (lambda: fl.Cost(0), ["c_trav=0", "positive"]),
