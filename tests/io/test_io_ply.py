@@ -102,9 +102,9 @@ def test_lists_of_vertices_and_edges_are_skipped(load, order):
 
 def test_lists_that_are_cut_short_anywhere_are_refused(load):
     header = (
-        "ply\nformat binary_little_endian 1.0\nelement vertex 2\nproperty list uchar short tags\nproperty float x\n"
-        "property float y\nproperty float z\nelement edge 1\nproperty int vertex1\nproperty int vertex2\nend_header\n"
-    ).encode()
+        b"ply\nformat binary_little_endian 1.0\nelement vertex 2\nproperty list uchar short tags\nproperty float x\n"
+        b"property float y\nproperty float z\nelement edge 1\nproperty int vertex1\nproperty int vertex2\nend_header\n"
+    )
     data = struct.pack("<Bhh3f", 2, 5, 6, 1, 2, 3) + struct.pack("<B3f", 0, 4, 5, 6) + struct.pack("<2i", 1, 0)
     assert len(load(header + data, "a.ply")) == 1
     for n in range(len(data)):

@@ -38,6 +38,14 @@ def test_legacy(load, version, binary):
             check(load(data.replace(b"\n", b"\r\n"), "a.vtk"))
 
 
+def test_a_radius_of_cells_beside_that_of_points_is_an_attribute(load):
+    data = legacy().replace(b"SCALARS number int", b"SCALARS radius int")
+    with pytest.warns(fl.FileWarning, match=LEFT_OUT):
+        lines = load(data, "a.vtk")
+    np.testing.assert_array_equal(lines.radius, RADIUS[ROWS])
+    np.testing.assert_array_equal(lines.attributes["radius of cell"], CELL_NUMBERS)
+
+
 def prefixed(text: bytes, n_bytes: int) -> bytes:
     """Return a text behind its length in so many bytes, which the highest two bits tell."""
     form = {1: 3, 2: 2, 4: 1, 8: 0}[n_bytes] << (8 * n_bytes - 2)
