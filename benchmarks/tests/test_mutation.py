@@ -114,7 +114,7 @@ def test_a_warm_process_runs_tests():
     ends = []
     for number in range(4):
         switches.only(number)
-        process.stdin.write(json.dumps({"run": names, "seconds": 2.0}) + "\n")
+        process.stdin.write(json.dumps({"run": names, "seconds": 1.0}) + "\n")
         process.stdin.flush()
         answer = json.loads(process.stdout.readline())
         if "failed" in answer:

@@ -59,3 +59,12 @@ def test_a_walk_cuts_lines_and_ends_where_all_coincide():
     pieces, factor = walk(alike, random)
     assert len(pieces) <= SMALL
     assert factor == 1.0
+
+
+@pytest.mark.parametrize("boxes", ["tight", "cut"])
+@pytest.mark.parametrize("n", [1, 1000, 10**6])
+def test_the_bytes_of_the_smallest_tree_hold_a_reference_for_each_primitive(n: int, boxes: str) -> None:
+    least = fl.Limits().bytes_for(n, boxes)
+    assert fl.Limits(max_bytes=least).refs_for(n, boxes) == n
+    assert fl.Limits(max_bytes=least - 1).refs_for(n, boxes) == n - 1
+    assert fl.Limits(max_bytes=0).refs_for(n, boxes) == 0

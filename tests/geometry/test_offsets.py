@@ -15,6 +15,7 @@ from support.command_line import done, refused
 
 import fastlines as fl
 from fastlines.errors import FileFormatError, InputError, PrecisionWarning
+from fastlines.geometry.offsets import check_offset
 from fastlines.io import known_formats
 from fastlines.rendering import depth_image, level_sheet, plan_picture
 from fastlines.rendering.default_view import turntable_camera
@@ -76,6 +77,11 @@ def test_curves():
     assert np.abs(bezier.control.astype(np.float64) + MIDDLE - POINTS[:8].reshape(2, 4, 3)).max() < SMALL
     hits = fl.build(curves).first_hit(curves.evaluate(3, 0.5).points - [0, 0, 9], [0, 0, 1], 1e-3)
     assert np.abs(hits.points() - curves.evaluate(3, hits.u).points).max() < 1e-3
+
+
+def test_no_offset_has_a_negative_zero():
+    assert str(check_offset((-0.0, -0.0, -0.0))) == "(0.0, 0.0, 0.0)"
+    assert str(fl.Lines.from_segments([[[0, 0, 0], [1, 1, 1]]], offset=(-0.0, 5, -0.0)).offset) == "(0.0, 5.0, 0.0)"
 
 
 def test_auto_is_rounded():

@@ -110,3 +110,12 @@ def test_points_alone_are_told():
         mesh.SetPoints(points)
         with pytest.warns(fl.FileWarning, match="the 1 points of a vtk.* are not read, as no line joins them"):
             assert len(fl.lines(mesh)) == 0
+
+
+def test_blocks_have_one_automatic_offset():
+    near, far = mesh(), mesh()
+    far.points += [1000, 0, 0]
+    plain = fl.lines(pv.MultiBlock([near, None, far]))
+    lines = fl.lines(pv.MultiBlock([near, None, far]), offset="auto")
+    assert lines.offset[0] > 400
+    np.testing.assert_array_equal(lines.segments, plain.segments - np.float32(lines.offset))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import itertools
 import re
 import sys
 import warnings
@@ -13,6 +14,7 @@ from support.line_files import POINTS, message_of
 
 import fastlines as fl
 from fastlines.errors import FastlinesError, FileWarning, InputError, MissingExtraError
+from fastlines.io import source as sources
 from fastlines.io.source import Source
 
 pa = pytest.importorskip("pyarrow")
@@ -202,6 +204,37 @@ def test_tables_that_grow_beyond_measure(load):
     zeros = pa.DictionaryArray.from_arrays(pa.array(np.zeros(n, "i1")), pa.array([0.0]))
     table = pa.table(dict.fromkeys(("x0", "y0", "z0", "x1", "y1", "z1"), zeros))
     assert "announces 10000000 rows of 6 columns" in message_of(load, file_of(table), "a.parquet")
+
+
+@pytest.mark.parametrize("n_batches", [1, 2, 3])
+def test_batches_are_joined(load, n_batches):
+    stream, table = io.BytesIO(), points(id=np.arange(7))
+    ends = [0, *range(2, 2 * n_batches, 2), 7]
+    with pa.ipc.new_file(stream, table.schema) as writer:
+        for begin, end in itertools.pairwise(ends):
+            writer.write_table(table.slice(begin, end - begin))
+    lines, whole = load(stream.getvalue(), "a.arrow"), load(file_of(table, ".arrow"), "b.arrow")
+    np.testing.assert_array_equal(lines.segments, whole.segments)
+    np.testing.assert_array_equal(lines.end_attributes["id"], whole.end_attributes["id"])
+
+
+def test_one_radius_counts_before_those_of_the_ends(load):
+    lines = load(file_of(segments(radius=[1.0, 2, 3], radius0=[4.0, 5, 6], radius1=[7.0, 8, 9])), "a.parquet")
+    np.testing.assert_array_equal(lines.radius, [1, 2, 3])
+    np.testing.assert_array_equal(lines.attributes["radius0"], [4, 5, 6])
+    np.testing.assert_array_equal(lines.attributes["radius1"], [7, 8, 9])
+
+
+@pytest.mark.parametrize("least", [0, 1])
+def test_a_parquet_file_may_announce_up_to_the_limit(load, monkeypatch, least):
+    n = 10_000
+    data = file_of(pa.table({name: np.zeros(n) for name in ("x0", "y0", "z0", "x1", "y1", "z1")}))
+    monkeypatch.setattr(sources, "UNPACK_FACTOR", 0)
+    monkeypatch.setattr(sources, "UNPACK_BYTES", 48 * n - least)
+    if least:
+        assert f"announces {n} rows of 6 columns" in message_of(load, data, "a.parquet")
+    else:
+        assert len(load(data, "a.parquet")) == n
 
 
 def test_batches_that_grow_beyond_measure(load):

@@ -12,6 +12,7 @@ from support.mutations import mutations
 
 import fastlines as fl
 from fastlines.errors import FastlinesError, FileWarning
+from fastlines.io.formats import gpx
 
 HEAD = '<?xml version="1.0" encoding="UTF-8"?>\n'
 ROOT = '<gpx version="1.1" creator="a" xmlns="http://www.topografix.com/GPX/1/1" xmlns:x="http://x.org/">'
@@ -31,6 +32,15 @@ TRACKS = f"""{HEAD}{ROOT}
  <trk><trkseg><trkpt lat="0" lon="1"/></trkseg></trk>
 </gpx>
 """
+
+
+@pytest.mark.parametrize("more", [-1, 0, 1])
+@pytest.mark.parametrize("n_blocks", [1, 2])
+def test_a_file_that_is_cut_short_is_refused_wherever_its_blocks_end(load, monkeypatch, n_blocks, more):
+    cut = TRACKS.partition("</gpx>")[0].strip().encode()
+    cut += b" " * (len(cut) % n_blocks)
+    monkeypatch.setattr(gpx, "_BLOCK", len(cut) // n_blocks + more)
+    assert "is not complete XML: no element found" in message_of(load, cut, "a.gpx")
 
 
 def test_everything(load):

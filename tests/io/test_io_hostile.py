@@ -32,6 +32,7 @@ from support.line_files import (
 from support.slow import few_of
 
 from fastlines.errors import FastlinesError, InputError
+from fastlines.io import source as sources
 
 # --- Files that lie ---
 
@@ -219,6 +220,19 @@ def test_shape_of_segments(load):
     message_of(load, npy(POINTS), "a.npy", InputError)
     message_of(load, npy(5.0), "a.npy", InputError)
     message_of(load, npz(segments=5.0), "a.npz", FastlinesError)
+
+
+@pytest.mark.parametrize("most", [511, 512, 384])
+def test_a_packed_file_may_unpack_to_its_limit_and_not_a_byte_more(load, monkeypatch, most):
+    data = npy(np.zeros((16, 2, 3), "f4"))
+    assert len(data) == 512
+    monkeypatch.setattr(sources, "PIECE", 128)
+    monkeypatch.setattr(sources, "UNPACK_FACTOR", 0)
+    monkeypatch.setattr(sources, "UNPACK_BYTES", most)
+    if most == len(data):
+        assert len(load(gzip.compress(data), "a.npy.gz")) == 16
+    else:
+        assert f"unpacks to more than {most} bytes" in message_of(load, gzip.compress(data), "a.npy.gz")
 
 
 def test_zip_that_is_no_npz_or_a_bomb(load):

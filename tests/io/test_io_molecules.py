@@ -13,6 +13,7 @@ from support.mutations import mutations
 
 import fastlines as fl
 from fastlines.errors import FastlinesError, MissingExtraError
+from fastlines.io.formats import bonds
 from fastlines.io.formats.bonds import CrowdedError, bonded
 
 pytest.importorskip("gemmi")
@@ -190,6 +191,22 @@ def test_crowds_and_deserts():
         with pytest.raises(CrowdedError):
             bonded(points, np.ones(len(points)), np.zeros(len(points), np.uint8), 0.45)
     assert len(bonded(np.full((4, 3), np.nan), np.ones(4), np.zeros(4, np.uint8), 0.45)) == 0
+
+
+@pytest.mark.parametrize("n", [2, 30])
+def test_atoms_may_have_many_neighbours_but_not_all(monkeypatch, n):
+    # All n atoms are in one cell, so there are n² pairs.
+    points = np.linspace(0, 1, n)[:, None] * np.float64([1, 0, 0])
+    arguments = points, np.ones(n), np.zeros(n, np.uint8), 0.45
+    expected = bonded(*arguments)
+    monkeypatch.setattr(bonds, "_MORE", 0)
+    monkeypatch.setattr(bonds, "_MAX_NEAR", n)
+    np.testing.assert_array_equal(bonded(*arguments), expected)
+    monkeypatch.setattr(bonds, "_MAX_NEAR", n - 1)
+    with pytest.raises(CrowdedError, match="packed too densely"):
+        bonded(*arguments)
+    monkeypatch.setattr(bonds, "_MORE", n)
+    np.testing.assert_array_equal(bonded(*arguments), expected)
 
 
 @pytest.mark.parametrize(

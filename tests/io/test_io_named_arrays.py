@@ -188,6 +188,12 @@ def test_facts_that_are_none(load, facts, said):
     assert said in message_of(load, npz(segments=segments, **facts), "a.npz")
 
 
+@pytest.mark.parametrize("unit", [b"mm", 1j, np.datetime64("2000"), np.array(["mm"])])
+def test_a_fact_is_one_text(load, unit):
+    text = message_of(load, npz(segments=POINTS[:6].reshape(3, 2, 3), unit=unit), "a.npz")
+    assert f"'unit': holds {np.asarray(unit).dtype}; expected real numbers" in text
+
+
 def test_tolerance_of_curves_is_a_length(load):
     for text in ("0", "-1", "nan", "inf", "wide"):
         assert "'tolerance' is" in message_of(load, npz(control=CONTROL, tolerance=text), "a.npz")

@@ -78,6 +78,8 @@ def test_usual_weights_are_not_told(load):
         (b"l -1 -1\nv 0 0 0", "line 1: the vertex -1 is not there"),
         (b"v 0 0 0\nl 1 1.5", "line 2: the vertex 1.5 is not there"),
         (b"v 0 0 0\nl 1 nan", "line 2: the vertex nan is not there"),
+        (b"v 0 0 0\nl 1 inf", "line 2: the vertex inf is not there"),
+        (b"v 0 0 0\nl 1 -inf", "line 2: the vertex -inf is not there"),
         (b"v 0 0 0\nl 1 9999999999999999999999", "line 2: the vertex 1e.22 is not there"),
         (b"v 0 0 0\nl 1 v2", "line 2: '1 v2' is not numbers"),
         (b"\x7fELF\0\0what", "has no line that begins as one of an OBJ file does; check the extension"),

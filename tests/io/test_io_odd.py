@@ -78,6 +78,21 @@ def test_each_oddity_is_told(load):
     ]
 
 
+@pytest.mark.parametrize(
+    ("marks", "tail", "oddity"),
+    [
+        (("last nan",), b"", "three Inf at the end are missing; it holds 4 streamlines"),
+        (("last nan", "inf"), b"more", "4 bytes after the three Inf that end its data are not read"),
+    ],
+)
+def test_tck_that_counts_too_few_is_read_to_its_end(load, marks, tail, oddity):
+    with pytest.warns(fl.FileWarning) as told:
+        assert len(load(tck(head="count: 3\ndatatype: Float32LE\n", marks=marks, tail=tail), "a.tck")) == len(FIRST)
+    texts = [str(each.message) for each in told]
+    assert any(oddity in text for text in texts)
+    assert any("its header counts 3 streamlines; the 4 that it holds are read" in text for text in texts)
+
+
 def test_trk_that_ends_with_zeros_has_streamlines_without_points_there(load):
     with pytest.warns(fl.FileWarning, match="counts 4 streamlines, but the file holds 5"):
         assert len(load(trk(tail=bytes(4)), "a.trk")) == len(FIRST)

@@ -7,7 +7,7 @@ import warnings
 
 import numpy as np
 import pytest
-from support.line_files import PLY_HEADER, POINTS, lost_by, ply
+from support.line_files import PLY_HEADER, POINTS, lost_by, message_of, ply
 from support.mutations import mutate
 
 import fastlines as fl
@@ -98,6 +98,22 @@ def test_lists_of_vertices_and_edges_are_skipped(load, order):
     lines = load(data, "a.ply")
     np.testing.assert_array_equal(lines.segments, [[[4, 5, 6], [1, 2, 3]]])
     assert not lines.attributes
+
+
+def test_lists_that_are_cut_short_anywhere_are_refused(load):
+    header = (
+        b"ply\nformat binary_little_endian 1.0\nelement vertex 2\nproperty list uchar short tags\nproperty float x\n"
+        b"property float y\nproperty float z\nelement edge 1\nproperty int vertex1\nproperty int vertex2\nend_header\n"
+    )
+    data = struct.pack("<Bhh3f", 2, 5, 6, 1, 2, 3) + struct.pack("<B3f", 0, 4, 5, 6) + struct.pack("<2i", 1, 0)
+    assert len(load(header + data, "a.ply")) == 1
+    for n in range(len(data)):
+        text = message_of(load, header + data[:n], "a.ply")
+        row = int(n >= 17)
+        if n in (0, 17):
+            assert f"row {row} of element 'vertex' has no number of 'tags' that can be used" in text
+        elif n < 30:
+            assert f"row {row} of its 2 of element 'vertex' is not whole" in text
 
 
 def test_strands_of_a_property_and_names_that_meet(load):

@@ -10,6 +10,7 @@ import pytest
 from support.line_files import AROUND, POINTS, lost_by, trk
 
 import fastlines as fl
+from fastlines.io.formats import trk as trk_format
 
 nibabel = pytest.importorskip("nibabel")
 
@@ -55,6 +56,17 @@ def test_values_of_trk_come_back(tmp_path, load):
     tractogram = nibabel.streamlines.load(str(tmp_path / "b.trk")).tractogram
     assert {name: values.get_data().shape[1] for name, values in tractogram.data_per_point.items()} == {"a": 2, "b": 1}
     np.testing.assert_array_equal(tractogram.data_per_streamline["b"][:, 0], range(4))
+
+
+@pytest.mark.parametrize(("most", "written"), [(3, 0), (4, 4)])
+def test_more_streamlines_than_the_header_can_count_are_written_as_unknown(tmp_path, load, monkeypatch, most, written):
+    lines = load(trk(), "a.trk")
+    monkeypatch.setattr(trk_format, "MOST_COUNTED", most)
+    with pytest.warns(fl.FileWarning, match="outside of it"):
+        fl.write(tmp_path / "b.trk", lines)
+    data = (tmp_path / "b.trk").read_bytes()
+    assert int.from_bytes(data[988:992], "little") == written
+    assert fl.read(tmp_path / "b.trk").n_strands == lines.n_strands == 4
 
 
 def test_what_is_lost_is_told(tmp_path):

@@ -232,6 +232,23 @@ def test_extent_holds_the_thickness(tmp_path):
     np.testing.assert_array_equal(prim.GetWidthsAttr().Get(), [1, 1])
 
 
+@pytest.mark.filterwarnings("ignore:.*numbers of strands:fastlines.FileWarning")
+def test_prims_are_named_by_what_they_hold(tmp_path):
+    from pxr import Usd
+
+    lines = fl.Lines(np.float32([[[0, 0, 0], [1, 2, 3]]]), np.zeros(1, int))
+    curves = fl.Curves(np.zeros((1, 4, 3), np.float32), None, np.zeros(1, int))
+    parts = {"lines": lines, "curves": curves, "geometry": fl.Geometry([lines, curves])}
+    for name, geometry in parts.items():
+        fl.write(tmp_path / f"{name}.usdc", geometry)
+        stage = Usd.Stage.Open(str(tmp_path / f"{name}.usdc"))
+        root = stage.GetDefaultPrim()
+        assert root.GetName() == name
+        assert [str(child.GetName()) for child in root.GetChildren()] == (
+            ["lines0", "curves1"] if name == "geometry" else []
+        )
+
+
 def test_cannot_write(tmp_path):
     with pytest.raises(OSError, match="there is no folder"):
         fl.write(tmp_path / "gone" / "a.usda", hair())

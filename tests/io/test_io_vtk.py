@@ -39,6 +39,33 @@ def test_legacy(load, version, binary):
             check(load(data.replace(b"\n", b"\r\n"), "a.vtk"))
 
 
+def test_a_radius_of_cells_beside_that_of_points_is_an_attribute(load):
+    data = legacy().replace(b"SCALARS number int", b"SCALARS radius int")
+    with pytest.warns(fl.FileWarning, match=LEFT_OUT):
+        lines = load(data, "a.vtk")
+    np.testing.assert_array_equal(lines.radius, RADIUS[ROWS])
+    np.testing.assert_array_equal(lines.attributes["radius of cell"], CELL_NUMBERS)
+
+
+def prefixed(text: bytes, n_bytes: int) -> bytes:
+    """Return a text behind its length in so many bytes, which the highest two bits tell."""
+    form = {1: 3, 2: 2, 4: 1, 8: 0}[n_bytes] << (8 * n_bytes - 2)
+    return (form | len(text)).to_bytes(n_bytes, "big") + text
+
+
+@pytest.mark.parametrize("binary", [False, True])
+def test_legacy_texts_are_skipped_and_colours_follow_them(load, binary):
+    sizes = [(1, 1), (2, 1), (63, 1), (64, 2), (300, 2), (20_000, 4), (70_000, 8)]
+    texts = [prefixed(b"x" * n, n_bytes) if binary else b"x" * n + b"\n" for n, n_bytes in sizes]
+    colours = COLOUR.tobytes() if binary else b" ".join(b"%r" % (value / 255) for value in COLOUR.ravel().tolist())
+    parts = [legacy(binary=binary).partition(b"CELL_DATA")[0], b"FIELD more 1\nname 1 7 string\n", *texts]
+    parts += [b"\nCOLOR_SCALARS shade 3\n", colours, b"\n"]
+    with pytest.warns(fl.FileWarning, match="'name' holds no numbers, and is left out|" + LEFT_OUT):
+        lines = load(b"".join(parts), "a.vtk")
+    np.testing.assert_array_equal(lines.end_attributes["shade"], COLOUR[ROWS])
+    assert lines.end_attributes["shade"].dtype == np.uint8
+
+
 @pytest.mark.parametrize(
     "options",
     [

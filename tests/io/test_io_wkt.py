@@ -215,7 +215,7 @@ def test_nan_and_far_coordinates(load):
 
 
 def test_rows_with_too_many_fields(load):
-    with pytest.warns(FileWarning, match="1 rows have more fields than the 2 of the header"):
+    with pytest.warns(FileWarning, match=": 1 rows have more fields than the 2 of the header"):
         assert len(load(b"wkt,id\nLINESTRING (0 0),1,2\n", "a.csv")) == 1
 
 

@@ -12,7 +12,7 @@ from fastlines.query.at import At
 from fastlines.query.backend import KERNELS
 from fastlines.query.queries import check_query
 from fastlines.query.ray_arguments import RayArguments
-from fastlines.query.rays import NO_LIMIT, RayBatch
+from fastlines.query.rays import NO_LIMIT, SPREAD_LIMIT, RayBatch
 
 
 def tree_and_rays(kind: str, spread: float) -> tuple[fl.Tree, RayBatch]:
@@ -80,3 +80,11 @@ def test_parts_of_a_batch_keep_their_limits() -> None:
     assert limited.some(np.array([7, 2])).limit.tolist() == [7, 2]
     assert limited.part(5, 8).limit.tolist() == [5, 6, 7]
     assert limited.arrays()[-1] is limited.limit
+
+
+def test_a_spread_up_to_the_limit_is_taken() -> None:
+    tree = fl.build([[[0, 0, 0], [1, 0, 0]]])
+    limit = np.float32(SPREAD_LIMIT)
+    assert tree.any_hit([0.5, 0, 0], [0, 0, 1], 0, spread=limit)
+    with pytest.raises(fl.InputError, match=r"a spread that is not a number from 0 to 1e\+12"):
+        tree.any_hit([0.5, 0, 0], [0, 0, 1], 0, spread=np.nextafter(limit, np.float32(np.inf)))

@@ -368,6 +368,15 @@ def test_own_classes_are_clipped_to_smaller_boxes() -> None:
     assert tree.all_hits(*rays).counts.max() == 1
 
 
+def test_clipped_bounds_are_a_box_for_each() -> None:
+    class Few(Balls):
+        def clipped_bounds(self, ids: Any, boxes: Any) -> Any:
+            return boxes[: len(ids) - 1]
+
+    with pytest.raises(fl.InputError, match=r"Few\.clipped_bounds\(\) has shape \(2, 2, 3\); expected \(3, 2, 3\)"):
+        fl.build(Few(np.zeros((3, 2, 3))))
+
+
 def test_geometry_says_what_it_takes() -> None:
     for wrong, words in (
         ([Balls(np.zeros((1, 2, 3)))], "part 0 is a class of your own"),

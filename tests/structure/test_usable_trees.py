@@ -206,6 +206,14 @@ def test_deeper_trees_are_refused(tmp_path: Path, n_levels: int, side: str) -> N
     assert_refused(tmp_path / "a.flt", tree, f"more than {MAX_DEPTH} levels", **chain(n_levels, 17, side))
 
 
+@pytest.mark.parametrize("side", ["left", "right"])
+def test_the_deepest_trees_are_accepted(side: str) -> None:
+    tree = fl.build(np.tile(np.float32([[0, 0, 0], [1, 1, 1]]), (17, 1, 1)))
+    made = dataclasses.replace(tree, **chain(MAX_DEPTH, 17, side))
+    assert made.stats()["depth"] == MAX_DEPTH
+    assert assert_answers(made, ([[0.5, 0.5, -1.0]], [[0.0, 0.0, 1.0]]), 0.1) == 17
+
+
 @pytest.mark.parametrize("where", [0.0, 10.0, 1e4, 1e7, -1e7])
 @pytest.mark.parametrize("method", ["best", "bvh-cl", "bvh-d2"])
 def test_boxes_that_are_a_little_too_small(tmp_path: Path, method: str, where: float) -> None:

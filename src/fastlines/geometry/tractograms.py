@@ -53,7 +53,7 @@ def _points_and_counts(sequence: Any) -> tuple[AnyArray, IntArray]:
     data = np.asarray(sequence._data)
     offsets, counts = (to_integers(np.asarray(part), "offsets") for part in (sequence._offsets, sequence._lengths))
     if not len(counts):
-        return np.empty((0, *data.shape[1:]) if data.ndim > 1 else (0, 3), np.float32), counts
+        return data[:0].astype(np.float32), counts
     if (
         offsets.shape != counts.shape
         or (offsets < 0).any()

@@ -17,6 +17,7 @@ from support.emulated_device import DeviceArray
 import fastlines as fl
 from fastlines.cuda.choice import use_device
 from fastlines.query import memory_check
+from fastlines.query.proximity import queries
 from fastlines.threads import num_threads
 
 RNG = np.random.default_rng(0)
@@ -334,3 +335,17 @@ def test_more_answers_than_memory_holds(left: Any) -> None:
     )
     with num_threads(1), pytest.raises(MemoryError, match=says):
         tree.within(points, 10.0, progress=tell)
+
+
+@pytest.mark.parametrize("n_points", [10, 11])
+def test_only_large_answers_are_compared_with_the_memory_that_is_left(
+    monkeypatch: pytest.MonkeyPatch, n_points: int
+) -> None:
+    monkeypatch.setattr(queries, "SMALL", 10 * 2 * queries.ANSWER)
+    monkeypatch.setattr(queries, "left_bytes", lambda: 0)
+    tree, points = fl.build(np.arange(12.0).reshape(2, 2, 3)), np.zeros((n_points, 3))
+    if n_points == 10:
+        assert tree.nearest(points, k=2).prim.shape == (10, 2)
+    else:
+        with pytest.raises(MemoryError, match="2 answers for each of 11 points do not fit into memory"):
+            tree.nearest(points, k=2)

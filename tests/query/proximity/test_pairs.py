@@ -14,7 +14,7 @@ from support import nasty
 
 import fastlines as fl
 from fastlines.engines import available_simd, engine
-from fastlines.query.proximity.pair_query import check_pairs
+from fastlines.query.proximity.pair_query import PAIR_BYTES, SORTING_BYTES, check_pairs
 from fastlines.query.proximity.pair_sets import row_arrays
 from fastlines.threads import num_threads
 
@@ -344,3 +344,13 @@ def test_pairs_are_chosen_and_pickled() -> None:
     assert copy.deepcopy(pairs).geometry is rods
     with pytest.raises(fl.InputError, match=r"does not know its geometry"):
         copied.points()
+
+
+def test_parts_of_pairs_are_about_as_large_as_they_may_be() -> None:
+    z = np.arange(6400.0)
+    segments = np.stack([np.stack([0 * z, 0 * z, z], axis=1), np.stack([1 + 0 * z, 0 * z, z], axis=1)], axis=1)
+    most = 1300
+    parts = [len(part) for part in fl.build(segments).iter_pairs(1.5, max_bytes=most * (PAIR_BYTES + SORTING_BYTES))]
+    assert sum(parts) == len(z) - 1
+    assert max(parts) <= most
+    assert min(parts[2:-1]) > most / 2

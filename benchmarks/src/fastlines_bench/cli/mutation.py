@@ -28,7 +28,7 @@ def mutation(
     language: Annotated[
         str, typer.Option("--language", metavar="NAME", help="The language of the sources: cpp, python.")
     ] = "cpp",
-    sample: Annotated[int, typer.Option("--sample", metavar="N", help="How many mutants are drawn.", min=1)] = 300,
+    sample: Annotated[int, typer.Option("--sample", metavar="N", help="How many mutants are drawn.", min=1)] = 150,
     everything: Annotated[bool, typer.Option("--all", help="Try all mutants instead of a sample.")] = False,
     seed: Annotated[int, typer.Option("--seed", help="The seed: the same seed draws the same mutants.", min=0)] = 64,
     seconds: Annotated[float, typer.Option("--seconds", help="The most time of tests for one mutant.", min=0.1)] = 60.0,

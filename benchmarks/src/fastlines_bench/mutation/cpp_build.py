@@ -19,7 +19,7 @@ from fastlines import InputError
 from .cpp_mutants import CORE, Found, mutated
 
 #: The C++ tests that run beside those in Python: those of parts that Python does not call by themselves.
-PROGRAMS = ("collapse_plan", "cut", "leaf_cull", "point_cull", "ray_bundle", "round_cones")
+PROGRAMS = ("collapse_plan", "cut", "leaf_cull", "point_cull", "ray_bundle", "round_cones", "scene_cull")
 HEADER = Path(__file__).with_name("mutants.hpp")
 _COPIED = ("cpp", "src", "examples", "CMakeLists.txt", "pyproject.toml")
 
@@ -156,7 +156,8 @@ class Build:
         done = subprocess.run(check, shell=True, cwd=command["directory"], capture_output=True, text=True)
         if done.returncode == 0:
             return set()
-        core, wrong, innermost = str(self.source / CORE), set(), None
+        core, wrong = str(self.source / CORE), set[tuple[str, int]]()
+        innermost: tuple[str, int] | None = None
         for line in done.stderr.splitlines():
             m = re.match(r"(\S+?):(\d+):(?:\d+:)? (.*)", line)
             if not m:
@@ -168,8 +169,7 @@ class Build:
             if "required from" in m[3] and innermost is None:
                 innermost = at
             elif " error:" in f" {m[3]}":
-                if at or innermost:
-                    wrong.add(at or innermost)
+                wrong |= {place for place in (at or innermost,) if place}
                 innermost = None
         if not wrong:
             raise InputError(f"{command['file']} does not compile:\n{done.stderr[:2000]}")
@@ -184,7 +184,7 @@ class Build:
         for target in targets[:2]:
             for module in self.build.glob(f"{target}.*"):
                 if module.suffix in (".so", ".pyd"):
-                    shutil.copy2(module, self.source / "src/fastlines" / module.name)
+                    _write_changed(self.source / "src/fastlines" / module.name, module.read_bytes())
         self.programs = [self.build / "cpp/tests" / name for name in targets[2:]]
         return True
 

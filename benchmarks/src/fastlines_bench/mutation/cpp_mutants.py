@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 from .cpp_operators import Place, find_places
@@ -95,13 +96,15 @@ def mutated(text: str, chosen: Collection[Found]) -> tuple[str, set[int]]:
         for i, (place, of) in enumerate(among):
             if place.start < at or place.end > end:
                 continue
-            inside = among[i + 1 :]
             parts.append(plain[at : place.start])
-            new = place.write(of, lambda a, b, inside=inside: " ".join(write(a, b, inside).split("\n")))
+            new = place.write(of, partial(write_in_line, among[i + 1 :]))
             # Keep the number of lines, so that messages of the compiler name the line of the source.
             parts.append(new + "\n" * plain.count("\n", place.start, place.end))
             written.update(number for number in of if number)
             at = place.end
         return "".join([*parts, plain[at:end]])
+
+    def write_in_line(among: list[tuple[Place, list[int]]], start: int, end: int) -> str:
+        return write(start, end, among).replace("\n", " ")
 
     return write(0, len(plain), places), written

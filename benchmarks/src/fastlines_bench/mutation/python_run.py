@@ -51,7 +51,7 @@ class Worker:
         """Run groups of tests with a mutant until one fails; return which, or ""."""
         self._switches.only(mutant.number)
         try:
-            return next(filter(None, map(self._python.failing, groups)), "")
+            return self._python.failing([test for group in groups for test in group]) or ""
         finally:
             self._switches.only(0)
 

@@ -7,6 +7,7 @@ import importlib.machinery
 import importlib.util
 import sys
 from collections.abc import Sequence
+from dataclasses import replace
 from importlib.abc import MetaPathFinder
 from pathlib import Path
 from types import CodeType, ModuleType
@@ -39,7 +40,8 @@ class MutatedSources:
     def __init__(self, package: Path) -> None:
         checks = {path for pattern in CHECKS for path in package.glob(pattern)}
         paths = sorted(checks | {path for pattern in REFUSALS for path in package.glob(pattern)})
-        trees = {path: ast.parse(path.read_text(encoding="utf-8")) for path in paths}
+        texts = {path: path.read_text(encoding="utf-8") for path in paths}
+        trees = {path: ast.parse(text) for path, text in texts.items()}
         own = {path: numeric_limits(tree) for path, tree in trees.items()}
         shared = {name: kind for of in own.values() for name, kind in of.items() if not name.startswith("_")}
         self.mutants: list[Mutant] = []
@@ -48,7 +50,10 @@ class MutatedSources:
             limits = {name: shared[name] for name in imported & shared.keys()} | own[path]
             limits = {name: kind for name, kind in limits.items() if name not in AT_ONCE}
             file, first = path.relative_to(package).as_posix(), len(self.mutants) + 1
-            self.mutants += schemata(tree, file, first, limits, refusals_only=path not in checks)
+            found = schemata(tree, file, first, limits, refusals_only=path not in checks)
+            lines = texts[path].splitlines()
+            # A function has many a number 1; its line tells which.
+            self.mutants += [replace(each, place=f"{each.place}: {lines[each.line - 1].strip()}") for each in found]
         self._trees = {str(path): tree for path, tree in trees.items()}
 
     def install(self, switch: ModuleType) -> None:

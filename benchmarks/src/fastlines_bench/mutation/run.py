@@ -44,7 +44,7 @@ class Plan:
     """
 
     checkout: Path
-    sample: int | None = 300
+    sample: int | None = 150
     seed: int = 64
     seconds: float = 60.0
     n_jobs: int = 1

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from queue import SimpleQueue
@@ -64,7 +64,7 @@ def try_mutants(
         Those to try.
     seconds : float
         The most time of tests for one mutant, as they take without it. Of the tests that reach it, those of files that
-        noticed others of the same source come first, then the fastest.
+        noticed others of the same source come first, then those of files that reach little else.
     """
     free = SimpleQueue[Worker]()
     noticed: dict[str, Counter[str]] = {}
@@ -73,7 +73,8 @@ def try_mutants(
     def attempt(mutant: Mutant) -> None:
         nonlocal n_done
         history = noticed.setdefault(mutant.file, Counter())
-        groups = _choose([test for test in tests if mutant.number in test.reached], history, seconds)
+        reaching = [test for test in tests if mutant.number in test.reached]
+        groups = _choose(reaching, history, shares[mutant.file], seconds)
         worker = free.get()
         try:
             mutant.by = worker.noticed_by(mutant, groups)
@@ -88,6 +89,7 @@ def try_mutants(
 
     try:
         tests = workers[0].record([mutant.number for mutant in mutants], progress)
+        shares = _shares(tests, mutants)
         for worker in workers:
             free.put(worker)
         with ThreadPoolExecutor(len(workers)) as pool:
@@ -105,12 +107,27 @@ def with_fixtures(tests: Sequence[Test]) -> list[Test]:
     return [replace(test, reached=test.reached | first[test.module].reached) for test in tests]
 
 
-def _choose(tests: Sequence[Test], history: Counter[str], seconds: float) -> list[list[Test]]:
+def _shares(tests: Sequence[Test], mutants: Sequence[Mutant]) -> dict[str, dict[str, float]]:
+    """Return by source and file of tests which share of the mutants that these tests reach are in that source."""
+    source_of = {mutant.number: mutant.file for mutant in mutants}
+    shares: dict[str, dict[str, float]] = {source: {} for source in source_of.values()}
+    reached: dict[str, set[int]] = {}
+    for test in tests:
+        reached.setdefault(test.module, set()).update(test.reached & source_of.keys())
+    for module, numbers in reached.items():
+        for source, n in Counter(source_of[number] for number in numbers).items():
+            shares[source][module] = n / len(numbers)
+    return shares
+
+
+def _choose(
+    tests: Sequence[Test], history: Counter[str], shares: Mapping[str, float], seconds: float
+) -> list[list[Test]]:
     """Return the tests of each module that run within some time, in the order in which to try the modules."""
     modules: dict[str, list[Test]] = {}
     for test in sorted(tests, key=lambda test: test.seconds):
         modules.setdefault(test.module, []).append(test)
-    ordered = sorted(modules, key=lambda name: (-history[name], sum(t.seconds for t in modules[name])))
+    ordered = sorted(modules, key=lambda name: (-history[name], -shares.get(name, 0.0)))
     chosen, left = [], seconds
     for name in ordered:
         group = []

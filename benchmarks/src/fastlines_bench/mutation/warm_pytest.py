@@ -1,8 +1,8 @@
 """A process that has collected the tests, and forks for each list of them that is to run.
 
 It reads lines of JSON from stdin. ``{"watch": [numbers], "without": [files]}`` runs all tests but those of some files,
-and tells for each the mutants that it reaches and its time. ``{"run": [tests], "seconds": limit}`` runs some until one
-fails. It answers in lines of JSON. The caller turns a mutant on, in the file of switches.
+and tells for each the mutants that it reaches and its processor time. ``{"run": [tests], "seconds": limit}`` runs some
+until one fails. It answers in lines of JSON. The caller turns a mutant on, in the file of switches.
 """
 
 from __future__ import annotations
@@ -16,7 +16,6 @@ import select
 import signal
 import sys
 import tempfile
-import time
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
@@ -27,6 +26,9 @@ from .switches import VARIABLE, Switches
 
 #: Bytes that tests may take on top of what the process has: a mutant may ask for any number.
 MEMORY = 6 << 30
+
+#: A process may wait, or share the processors with others, so that it takes so many times its processor time.
+BUSY = 10.0
 
 
 class Server:
@@ -73,10 +75,10 @@ class Server:
         switches = Switches(Path(os.environ[VARIABLE]))
         for item, following in _pairs([item for item in session.items if item.nodeid.split("::")[0] not in without]):
             switches.watch(numbers)
-            begin = time.perf_counter()
+            begin = _processor_seconds()
             self._report.clear()
             item.config.hook.pytest_runtest_protocol(item=item, nextitem=following)
-            seconds = time.perf_counter() - begin
+            seconds = _processor_seconds() - begin
             found = {"test": item.nodeid, "reached": switches.reached(numbers), "seconds": seconds}
             self._tell({**found, "failed": bool(self._report)})
         return 0
@@ -95,7 +97,7 @@ class Server:
         process = os.fork()
         if process == 0:
             os.setsid()
-            _set_limits(folder.name)
+            _set_limits(folder.name, seconds or 0.0)
             code = 3
             with contextlib.suppress(BaseException):
                 nothing = os.open(os.devnull, os.O_WRONLY)
@@ -104,20 +106,26 @@ class Server:
                 code = work()
             os._exit(code)
         watched = os.pidfd_open(process)
-        ended = select.select([watched], [], [], seconds)[0]
+        ended = select.select([watched], [], [], seconds and seconds * BUSY)[0]
         os.close(watched)
         # Whatever a test has left running ends with it.
         with contextlib.suppress(ProcessLookupError):
             os.killpg(process, signal.SIGKILL)
         status = os.waitstatus_to_exitcode(os.waitpid(process, 0)[1])
         folder.cleanup()
-        if not ended:
+        if not ended or status == -signal.SIGPROF:
             return "hangs"
         return str(status) if status >= 0 else signal.Signals(-status).name
 
 
-def _set_limits(folder: str) -> None:
-    """Keep the files of tests in a folder, and the memory within bounds."""
+def _processor_seconds() -> float:
+    """Return the processor time of this process, and of those that it has waited for."""
+    return sum(os.times()[:4])
+
+
+def _set_limits(folder: str, seconds: float) -> None:
+    """Keep the files of tests in a folder, and memory and processor time within bounds; 0 seconds are no bound."""
+    signal.setitimer(signal.ITIMER_PROF, seconds)
     os.environ["PYTEST_DEBUG_TEMPROOT"] = os.environ["TMPDIR"] = tempfile.tempdir = folder
     pages = int(Path("/proc/self/statm").read_text().split()[0])
     limit = pages * resource.getpagesize() + MEMORY

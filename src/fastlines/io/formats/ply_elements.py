@@ -191,7 +191,7 @@ def _header(source: Source) -> tuple[list[Element], Literal["<", ">"] | None, li
     begin = re.match(rb"ply[ \t]*(\r\n|\n|\r)", source.data)
     if not begin:
         raise source.error(f"starts with {source.data[:4]!r}, a .ply file with b'ply' on a line; check the extension")
-    end = re.compile(rb"(?<=[\r\n])end_header[ \t]*(\r\n|\n|\r|\Z)").search(source.data, begin.end() - 1)
+    end = re.compile(rb"(?<=[\r\n])end_header[ \t]*(\r\n|\n|\r|\Z)").search(source.data, begin.end())
     if not end:
         raise source.error(f"its header has no line end_header; {BAD_COPY}")
     starts = [end.end(), end.end() - 1] if end[1] == b"\r\n" else [end.end()]

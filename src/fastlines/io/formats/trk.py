@@ -32,6 +32,8 @@ from .streamlines import UNIT, UP, split_values
 from .trk_streamlines import Streamlines
 
 HEADER_SIZE = 1000
+#: The largest count of streamlines that the header holds; more are written as 0, which is unknown.
+MOST_COUNTED = 2**31 - 1
 _HEADER = np.dtype(
     {
         "names": [
@@ -140,7 +142,7 @@ def write(lines: Lines, path: Path, *, reference: Any = None) -> list[str]:
     header["scalar_names"][: len(scalar_names)] = scalar_names
     header["property_names"][: len(property_names)] = property_names
     n = len(parts.counts)
-    header["n_streamlines"] = n if n <= np.iinfo(np.int32).max else 0
+    header["n_streamlines"] = n if n <= MOST_COUNTED else 0
 
     # Mix counts, points with their scalars, and properties.
     per_point_words = 3 + scalars.shape[1]

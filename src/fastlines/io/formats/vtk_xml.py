@@ -209,7 +209,7 @@ class Xml:
         raw, at = take(at, size * (3 + n_blocks))
         sizes = [int(n) for n in np.frombuffer(raw, self.size_type)]
         full, last, packed = sizes[1], sizes[2], sizes[3:]
-        self.check(max(packed, default=0) <= len(data) and sum(packed) <= len(data), what)
+        self.check(sum(packed) <= len(data), what)
         expected = [full] * n_blocks
         if n_blocks and last:
             expected[-1] = last
