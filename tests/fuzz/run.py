@@ -96,6 +96,8 @@ def fuzz(name: str, given: argparse.Namespace) -> None:
     """Fuzz one target; the process ends with it."""
     import atheris
 
+    given.folder.mkdir(parents=True, exist_ok=True)
+    counts = np.memmap(given.folder / f"{name}.counts", np.int64, "w+", shape=2)
     with atheris.instrument_imports(include=["fastlines"], exclude=other_modules()):
         import targets
 
@@ -114,7 +116,6 @@ def fuzz(name: str, given: argparse.Namespace) -> None:
     corpora = [given.folder / "corpora" / name, HERE / "corpora" / name]
     for corpus in corpora:
         corpus.mkdir(parents=True, exist_ok=True)
-    counts = np.memmap(given.folder / f"{name}.counts", np.int64, "w+", shape=2)
 
     def one(data: bytes) -> None:
         choice = zlib.crc32(data)

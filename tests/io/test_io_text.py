@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import codecs
+import contextlib
 import gzip
 import warnings
 from pathlib import PurePath
@@ -94,6 +95,27 @@ def test_numbers_that_no_reader_expects(load, name):
 def test_damaged_texts(load, name):
     read_all(load, mutations(TEXTS[name], 30, seed=5), name)
     read_all(load, [TEXTS[name][:n] for n in range(1, len(TEXTS[name]), 29)], name)
+
+
+#: Runs that a pattern could match in many ways.
+N = 100_000
+LONG_RUNS = {
+    "digits.txt": b"1" * N + b"x 0 0 1\n",
+    "fraction.txt": b"1." + b"1" * N + b"x 0 0 1\n",
+    "comment.csv": b"#" + b" " * N,
+    "blanks.csv": b"POINT(0 0)" + b" " * N + b"x",
+    "returns.ply": b"ply\n" + b"\r" * N + b"x\nend_header\n",
+    "properties.ply": b"ply\nelement a 0\n" + b"".join(b"property char a%d\n" % i for i in range(N // 5)),
+    "unit.swc": b"# units " + b" :" * N,
+    "appended.vtp": b"<a>" + b"<AppendedData " * N,
+}
+
+
+@pytest.mark.filterwarnings("ignore::fastlines.FileWarning")
+@pytest.mark.parametrize("file", LONG_RUNS)
+def test_long_runs_take_no_time(load, file):
+    with contextlib.suppress(FastlinesError):
+        load(LONG_RUNS[file], file)
 
 
 def test_numbers_of_400_digits_are_infinite(load):

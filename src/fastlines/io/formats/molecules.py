@@ -31,7 +31,7 @@ from ..source import Source, reason
 from .bonds import CrowdedError, bonded
 from .number_text import unify
 
-_CIF = re.compile(r"(?:\s|#[^\n]*\n)*(?:data_|global_|loop_)", re.IGNORECASE)
+_CIF = re.compile(r"(?:\s|#[^\n]*+\n)*+(?:data_|global_|loop_)", re.IGNORECASE)
 #: Types of listed connections that are bonds.
 _BONDS = ("Covale", "Disulf", "MetalC", "Unknown")
 

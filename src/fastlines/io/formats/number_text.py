@@ -20,7 +20,7 @@ Float64Array = npt.NDArray[np.float64]
 PIECE = 1 << 20
 _ROWS = 1 << 16
 
-_NUMBER = re.compile(rb"[+-]?(?:(?:\d+\.?\d*|\.\d+)(?:e[+-]?\d+)?|nan(?:\(\w*\))?|inf|infinity)", re.IGNORECASE)
+_NUMBER = re.compile(rb"[+-]?(?:(?:\d++\.?+\d*+|\.\d++)(?:e[+-]?\d++)?+|nan(?:\(\w*\))?|inf|infinity)", re.IGNORECASE)
 
 
 class NumberLines(NamedTuple):

@@ -49,6 +49,7 @@ class Element:
     name: str
     n_rows: int
     properties: list[Property] = field(default_factory=list)
+    names: set[str] = field(default_factory=set)
 
 
 class Elements(NamedTuple):
@@ -232,7 +233,8 @@ def _split_lines(header: bytes) -> list[bytes]:
     """Return the lines of a header, whatever ends each of them; comments may hold carriage returns."""
     if b"\n" not in header:
         return header.split(b"\r")
-    lines = re.split(rb"\r*\n", header)
+    *ended, last = header.split(b"\n")
+    lines = [*(line.rstrip(b"\r") for line in ended), last]
     return [part for line in lines for part in ([line] if line.startswith(_COMMENTS) else line.split(b"\r"))]
 
 
@@ -244,9 +246,10 @@ def _add(source: Source, number: int, element: Element, name: bytes, kind: bytes
                 f"line {number} of its header has the type {given[:20].decode('latin-1')!r}; known: char, …"
             )
     text = name.decode("latin-1")
-    if any(text == other.name for other in element.properties):
+    if text in element.names:
         raise source.error(f"line {number} of its header has the property {text[:60]!r} again; fix it")
     counted = None if count_type is None else TYPES[count_type.decode()]
+    element.names.add(text)
     element.properties.append(Property(text, TYPES[kind.decode()], counted))
 
 

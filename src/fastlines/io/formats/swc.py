@@ -38,7 +38,7 @@ _WORDS = re.compile(rb"^[ \t]*#+[ \t]*(OFFSET|SCALE|SHRINKAGE[_ ]CORRECTION)\b([
 #: What may stand around these numbers.
 _BETWEEN = re.compile(rb"[\s,;:=()\[\]]+|(?<![\w.])[XYZ](?![\w.])", re.IGNORECASE)
 _UNITS = re.compile(
-    rb"^[ \t]*#(?:[^\n]*\"units?\"\s*:\s*\"(?:1 )?([^\"\n]*)\"|[# \t]*units?[ \t:=]+([^\s,;.]+)[ \t]*$)",
+    rb"^[ \t]*#(?:[^\n]*\"units?\"\s*:\s*\"(?:1 )?([^\"\n]*)\"|[# \t]*+units?[ \t:=]++([^\s,;.]++)[ \t]*+$)",
     re.IGNORECASE | re.MULTILINE,
 )
 #: What files call the unit of the format.

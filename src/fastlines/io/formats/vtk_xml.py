@@ -28,7 +28,7 @@ _TYPES = {
     "Float32": "f4", "Float64": "f8", "String": "i1", "Bit": "u1", "vtkIdType": "i8",
 }  # fmt: skip
 _SIZES = {"UInt32": "u4", "UInt64": "u8"}
-_APPENDED = re.compile(rb"<AppendedData\b[^>]*>\s*_")
+_APPENDED = re.compile(rb"<AppendedData\b[^<>]*+>\s*+_")
 
 
 class Xml:

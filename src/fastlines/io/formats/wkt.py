@@ -39,10 +39,10 @@ _LOCK = threading.Lock()
 _n_readers, _limit = 0, 0
 
 #: Comments, and lines for geometries that are missing.
-_COMMENTS = re.compile(r"(?:\s*(?:#[^\n]*|NULL|None|N/?A|NaN|EMPTY)[ \t\r]*\n)*", re.IGNORECASE)
+_COMMENTS = re.compile(r"(?:\s*+(?:#[^\n]*+|(?:NULL|None|N/?A|NaN|EMPTY)[ \t\r]*+)\n)*+", re.IGNORECASE)
 _QUOTED_START = re.compile(rf"(['\"]){START}", re.IGNORECASE)
 _QUOTED = re.compile(r"\s*(['\"])(.*)\1\s*")
-_ENDS = re.compile(r"(?:\)|\bEMPTY)\s*;?\s*$", re.IGNORECASE)
+_ENDS = re.compile(r"(?:\)|\bEMPTY)\s*+(?:;\s*+)?$", re.IGNORECASE)
 _BINARY = re.compile(r"\s*(?:\\x)?0[01](?:[0-9A-F]{2}){8,}\s*", re.IGNORECASE)
 
 
