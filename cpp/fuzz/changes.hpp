@@ -64,9 +64,11 @@ class Changes {
       case 0:
         word ^= 1u << random_.below(32);
         return;
-      case 1:  // the next floats, and the next whole numbers
-        word += std::uint32_t(random_.below(9)) - 4;
+      case 1: {  // near floats, and near whole numbers
+        const std::uint32_t by = 1u << random_.below(16);
+        word += random_.below(2) ? by : 0 - by;
         return;
+      }
       case 2:
         word = one_of(whole);
         return;

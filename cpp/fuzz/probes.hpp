@@ -38,27 +38,29 @@ class Probes {
   /// A ray, which may be none: its direction may have no length, or t_min may be beyond t_max.
   RayQuery ray() {
     RayQuery ray{place(), random_.direction() * size_, 0.0f, kInfinity, radius()};
-    switch (random_.below(6)) {
+    switch (random_.below(8)) {
       case 0:  // from outside
         ray.origin = ray.origin - ray.direction * 3.0f;
         break;
-      case 1: {  // along an axis of coordinates
+      case 1:
+      case 2:
+      case 3: {  // along an axis of coordinates, and so along the sides of boxes
         const std::size_t axis = random_.below(3);
         ray.direction = {0, 0, 0};
         ray.direction[int(axis)] = random_.below(2) ? size_ : -size_;
         if (random_.below(2)) ray.origin = ray.origin - ray.direction * 2.0f;
         break;
       }
-      case 2:  // through two places
+      case 4:  // through two places
         ray.direction = place() - ray.origin;
         ray.origin = ray.origin - ray.direction;
         break;
-      case 3: {  // along an edge
+      case 5: {  // along an edge
         const Segment& edge = edges_[random_.below(edges_.size())];
         ray.direction = edge.q - edge.p;
         break;
       }
-      case 4:  // past everything
+      case 6:  // past everything
         ray.origin = ray.origin + random_.direction() * (4.0f * size_);
         break;
       default:  // from a place in the scene
@@ -76,16 +78,16 @@ class Probes {
   }
 
   float radius() {
-    const float sizes[] = {0.0f, 0.0f, 1e-7f, 1e-4f, 0.01f, 0.3f, 3.0f};
-    return size_ * sizes[random_.below(7)];
+    const float sizes[] = {0.0f, 0.0f, 1e-7f, 1e-6f, 1e-4f, 0.01f, 0.3f, 3.0f};
+    return size_ * sizes[random_.below(8)];
   }
 
  private:
   /// A point on an edge, often an end of it.
   Vec3 place() {
     const Segment& edge = edges_[random_.below(edges_.size())];
-    const float s[] = {0.0f, 1.0f, 0.5f, random_.uniform()};
-    return edge.point(s[random_.below(4)]);
+    const float s[] = {0.0f, 1.0f, 0.0f, 1.0f, 0.5f, random_.uniform()};
+    return edge.point(s[random_.below(6)]);
   }
 
   test::Random random_;

@@ -109,7 +109,7 @@ class Stored {
     std::vector<Segment> edges;
     for (std::uint32_t prim = 0; prim < prims_.size(); ++prim) add_edges(prims_.item(prim), edges);
     probes_.emplace(seed_, std::move(edges), box_);
-    const BruteAnswers<P> brute(prims_, box_);
+    const BruteAnswers<P> brute(prims_, scene());
     for (std::size_t i = 0; i < kRays; ++i) {
       const RayQuery ray = probes_->ray();
       if (!check_rays({{&ray.origin, 1}, {&ray.direction, 1}, {&ray.radius, 1}, {&ray.t_min, 1}, {&ray.t_max, 1}},
@@ -121,6 +121,9 @@ class Stored {
       for (const At at : kAts) brute.all_hits(ray, at, of_ray.emplace_back());
     }
   }
+
+  /// The box of all primitives, whatever the root says.
+  Box scene() const { return prims_.size() > 0 ? bounds_of_all(tree_prims_) : box_; }
 
   float max_radius() const {
     const double side = box_.side(box_.longest_axis());
@@ -195,7 +198,7 @@ class Stored {
 
   void compare_points(const WideBvhView<P>& view, std::size_t n_leaves, bool is_exact) {
     if (prims_.size() == 0) return;
-    const BruteAnswers<P> brute(prims_, box_);
+    const BruteAnswers<P> brute(prims_, scene());
     const PointSearch<P> search(view, n_leaves);
     for (std::size_t i = 0; i < kPoints; ++i) {
       const Vec3 near = probes_->point();

@@ -15,7 +15,8 @@ struct RayLimits {
   float farthest;    ///< the largest coordinate of the scene
   double size;       ///< the longest side of the scene and its largest coordinate together
 
-  explicit RayLimits(const fastlines::Box& box) {
+  /// For the box of the lines' axes. Throws InputError if the largest radius of the lines is too large for it.
+  RayLimits(const fastlines::Box& box, float radius_of_lines) {
     constexpr float sizes = 1e12f, largest = std::numeric_limits<float>::max();
     double side = 0.0, far = 0.0;
     if (!box.is_empty())
@@ -26,13 +27,9 @@ struct RayLimits {
     max_radius = float(std::min(double(sizes) * (side > 0.0 ? side : 1.0), double(largest)));
     farthest = float(far);
     size = side + far;
-  }
-
-  /// Throws InputError for lines with a radius that is too large.
-  void check_lines(float radius) const {
-    if (radius > max_radius)
-      throw InputError("the largest radius of the lines, " + std::to_string(radius) + ", is more than 1e12 times " +
-                       "the size of their axes together; leave such lines out");
+    if (radius_of_lines > max_radius)
+      throw InputError("the largest radius of the lines, " + std::to_string(radius_of_lines) + ", is more than 1e12 " +
+                       "times the size of their axes together; leave such lines out");
   }
 
   /// Whether a ray is certainly valid: a quick check, which most rays pass.

@@ -41,10 +41,8 @@ class TreeOf final : public TreeImpl {
                                      frame_box_)),
         view_(fastlines::view_of(wide_, prims_)),
         scene_(view_),
-        limits_(frame_box_),
-        near_(prims_, wide_, view_, frame_box_, origin_) {
-    limits_.check_lines(fastlines::max_radius_of(prims_));
-  }
+        limits_(frame_box_, fastlines::max_radius_of(prims_)),
+        near_(prims_, wide_, view_, frame_box_, origin_) {}
 
   // One ray. A special one is a batch of one.
 
