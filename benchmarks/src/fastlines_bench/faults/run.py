@@ -23,8 +23,8 @@ MODES = {
 #: The library for LD_PRELOAD that makes them fail.
 PRELOADED = {"memory": "memory", "library": "memory", "files": "files", "reads": "files"}
 
-#: Deaths of a process after which an operation is given up, and seconds that one call may take.
-MAX_DEATHS, MAX_SECONDS = 8, 120
+#: Deaths of a process after which an operation is given up, and seconds that all of its runs may take.
+MAX_DEATHS, MAX_SECONDS = 8, 1200
 
 
 @dataclass

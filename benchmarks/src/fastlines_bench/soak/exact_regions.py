@@ -28,8 +28,8 @@ def decide_in_boxes(kind: str, corners: Array, radii: Array | None, low: Array, 
         size = float(np.ptp(wide.reshape(-1, 3), axis=0).max(initial=0.0) + 2 * radii.max())
         # The band of thick lines is wide enough for float64, relative to the centre of the scene.
         centre = wide.mean(axis=(0, 1))
-        near = ((of - centre).astype(np.float64) for of in (wide, lows, highs))
-        depth = _depth_of_cones(*near, radii.astype(np.float64))
+        ends, low, high = ((of - centre).astype(np.float64) for of in (wide, lows, highs))
+        depth = _depth_of_cones(ends, low, high, radii.astype(np.float64))
         return depth <= 0, np.abs(depth) > band + THICK_BAND * size
     test = {"boxes": _has_box, "triangles": _has_triangle}.get(kind, _has_line)
     exact, larger, smaller = (test(wide, lows - grow, highs + grow) for grow in (0 * band, band, -band))
