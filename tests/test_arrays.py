@@ -180,3 +180,15 @@ def test_errors_name_the_first_rows() -> None:
     for n, text in ((1, "row 0"), (2, "rows 0, 1"), (5, "rows 0, 1, 2, 3, 4"), (6, "rows 0, 1, 2, 3, 4 and 1 more")):
         bad[:n] = True
         assert arrays.list_rows(bad) == text
+
+
+def test_masked_values_of_attributes_are_refused() -> None:
+    masked = np.ma.masked_array([1.0], [True])
+    segments, control = np.zeros((1, 2, 3), np.float32), np.zeros((1, 4, 3), np.float32)
+    for make in (
+        lambda: fl.Lines(segments, attributes={"a": masked}),
+        lambda: fl.Lines(segments, end_attributes={"a": np.ma.stack([masked, masked], axis=1)}),
+        lambda: fl.Curves(control, attributes={"a": masked}),
+    ):
+        with pytest.raises(fl.InputError, match="a hold masked values; fill them"):
+            make()

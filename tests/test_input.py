@@ -19,7 +19,6 @@ from fastlines.settings.splits import SplitSet
 ONE = np.array([[[-1, -1, -1], [1, 1, 1]]], np.float32)
 TREE = fl.build(ONE)
 NAN, INF = float("nan"), float("inf")
-MASKED = np.ma.masked_array([1.0], [True])
 MANY = np.zeros((20, 2, 3))
 MANY[[3, 5, 7, 8, 9, 11, 13], 0, 1] = NAN
 
@@ -66,15 +65,6 @@ BAD: dict[str, tuple[Callable[[], Any], list[str]]] = {
     "Lines strands list": (lambda: fl.Lines(ONE, [1]), ["strands", "list", "from_segments"]),
     "Lines radius": (lambda: fl.Lines(ONE, np.zeros(1, int), np.float32([-1])), ["radius", "from 0 to"]),
     "Lines attributes": (lambda: fl.Lines(ONE, np.zeros(1, int), None, {"a": np.zeros(3)}), ["a", "(3,)", "1 segm"]),
-    "Lines attributes masked": (lambda: fl.Lines(ONE, attributes={"a": MASKED}), ["a hold masked values", "fill"]),
-    "Lines end attributes masked": (
-        lambda: fl.Lines(ONE, end_attributes={"b": np.ma.stack([MASKED, MASKED], axis=1)}),
-        ["b hold masked values"],
-    ),
-    "Curves attributes masked": (
-        lambda: fl.Curves(np.zeros((1, 4, 3), np.float32), attributes={"a": MASKED}),
-        ["a hold masked values"],
-    ),
     "Lines skipped": (lambda: fl.Lines(ONE, np.zeros(1, int), skipped=np.array([5])), ["skipped", "rising", "2"]),
     "invalid of build of lines": (
         lambda: fl.build(fl.Lines.from_segments(ONE), invalid="bogus"),
@@ -129,11 +119,6 @@ BAD: dict[str, tuple[Callable[[], Any], list[str]]] = {
     "splits None": (lambda: fl.Settings(splits=None), ["splits=None"]),
     "splits base": (lambda: fl.build(ONE, splits=SplitSet()), ["SplitSet"]),
     "boxes rule": (lambda: fl.build(ONE, boxes="kd"), ["'kd'", "'tight'", "'cut'"]),
-    "presplit refs": (lambda: fl.Presplit(refs=2**32 - 15), ["refs=4294967281", "1 to 4294967280"]),
-    "presplit type": (lambda: fl.Settings(presplit=0.5), ["presplit=0.5", "fl.Presplit()"]),
-    "presplit type of build": (lambda: fl.build(ONE, presplit="area"), ["presplit='area'", "fl.Presplit()"]),
-    "reinsertion negative": (lambda: fl.Settings(reinsertion=-1), ["reinsertion=-1", "0 to 1000"]),
-    "reinsertion often": (lambda: fl.Settings(reinsertion=1001), ["reinsertion=1001", "0 to 1000"]),
     "lookahead negative": (lambda: fl.build(ONE, lookahead=-1), ["lookahead=-1", "0"]),
     "lookahead fraction": (lambda: fl.build(ONE, lookahead=1.5), ["lookahead=1.5", "whole"]),
     "lookahead text": (lambda: fl.build(ONE, lookahead="2"), ["lookahead='2'", "whole"]),
@@ -149,7 +134,6 @@ BAD: dict[str, tuple[Callable[[], Any], list[str]]] = {
     "n_planes many": (lambda: fl.PlaneGrid(4097), ["n_planes=4097", "1 to 4096"]),
     "n_planes float": (lambda: fl.PlaneGrid(16.0), ["n_planes=16.0", "whole"]),
     "n_planes bool": (lambda: fl.PlaneGrid(True), ["n_planes=True", "whole"]),
-    "binned planes max_refs": (lambda: fl.BinnedPlanes(max_refs=0), ["max_refs=0", "1 or more"]),
     "split max_refs": (lambda: fl.Median(max_refs=0), ["max_refs=0", "1 or more"]),
     "split max_refs huge": (lambda: fl.build(ONE, splits=fl.Median(max_refs=2**70)), ["max_refs"]),
     "c_trav 0": (lambda: fl.Cost(0), ["c_trav=0", "positive"]),

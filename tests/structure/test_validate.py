@@ -9,6 +9,8 @@ import pytest
 from support.nasty import boxes_of, named_scene, triangles_on
 
 import fastlines as fl
+from fastlines.structure.tree_data import TreeData
+from fastlines.support.immutable import own
 
 Blame = set[tuple[int, str]]
 Broken = Iterator[tuple[fl.Tree, Blame]]
@@ -362,3 +364,21 @@ def test_a_single_leaf_that_forgets_a_reference(make):
 def test_a_broken_tree_without_nodes(trees):
     with pytest.raises(fl.InvalidTreeError, match="node 0 breaks axiom 1: there is no root"):
         unchecked(trees["bvh-cl"], nodes=trees["bvh-cl"].nodes[:0]).validate()
+
+
+def test_leaves_have_no_children() -> None:
+    tree = fl.build(np.random.default_rng(0).uniform(size=(20, 2, 3)))
+    assert (tree.left[tree.is_leaf] == -1).all()
+    assert (tree.right[tree.is_leaf] == -1).all()
+    assert (tree.left[~tree.is_leaf] == np.flatnonzero(~tree.is_leaf) + 1).all()
+
+
+@pytest.mark.parametrize("name", ["nodes", "refs"])
+def test_arrays_that_are_not_contiguous_are_refused_unless_they_are_copied(name: str) -> None:
+    tree = fl.build(np.random.default_rng(0).uniform(size=(20, 2, 3)))
+    parts = {"nodes": tree.nodes, "refs": tree.refs}
+    doubled = np.repeat(parts[name], 2)
+    copied = TreeData(tree.geometry, settings=tree.settings, **parts | {name: doubled[::2]})
+    assert getattr(copied, name).tobytes() == parts[name].tobytes()
+    with pytest.raises(fl.InputError, match=f"{name} are not contiguous"):
+        TreeData(tree.geometry, settings=tree.settings, **parts | {name: own(doubled)[::2]})

@@ -19,6 +19,7 @@ from .trial import Test, try_mutants, with_fixtures
 FOLDERS = (
     "tests/build/test_build_memory.py",
     "tests/build/test_builders.py",
+    "tests/build/test_settings.py",
     "tests/geometry",
     "tests/io",
     "tests/query",
