@@ -1,6 +1,9 @@
 // Cuts references: the parts tile the whole, and each box holds its part and stays within the whole's box. The boxes of
-// binned parts equal those of cuts at one plane after the other, bit for bit.
+// binned parts equal those of cuts at one plane after the other, bit for bit. The box of a triangle's part is tight.
 #include "fastlines/references/cut.hpp"
+
+#include <array>
+#include <vector>
 
 #include "check.hpp"
 #include "fastlines/primitives/shapes.hpp"
@@ -107,6 +110,65 @@ void check_segment(Random& random, int round) {
   }
 }
 
+using Point = std::array<double, 3>;
+
+/// The corners of the part of a triangle in a box: of the triangle, where its sides cross faces of the box, and where
+/// edges of the box cross it. Those at the very boundary may be left out.
+std::vector<Point> corners_of_part(const Triangle& triangle, const Box& box) {
+  std::vector<Point> found;
+  const auto add = [&](const Point& x, int on = -1) {
+    for (int k = 0; k < 3; ++k)
+      if (k != on && (x[k] < box.lo[k] || x[k] > box.hi[k])) return;
+    found.push_back(x);
+  };
+  Point normal{}, corner[3];
+  for (int i = 0; i < 3; ++i)
+    for (int k = 0; k < 3; ++k) corner[i][k] = triangle.corner[i][k];
+  for (int i = 0; i < 3; ++i) {
+    const Point &a = corner[i], &b = corner[(i + 1) % 3];
+    add(a);
+    for (int k = 0; k < 3; ++k)
+      for (const double plane : {double(box.lo[k]), double(box.hi[k])}) {
+        const double s = (plane - a[k]) / (b[k] - a[k]);
+        if (s > 0.0 && s < 1.0) add({a[0] + s * (b[0] - a[0]), a[1] + s * (b[1] - a[1]), a[2] + s * (b[2] - a[2])}, k);
+      }
+    const int j = (i + 1) % 3, k = (i + 2) % 3;
+    normal[i] = (corner[1][j] - corner[0][j]) * (corner[2][k] - corner[0][k]) -
+                (corner[1][k] - corner[0][k]) * (corner[2][j] - corner[0][j]);
+  }
+  // An edge of the box along axis k crosses the plane of the triangle at x; then x must be on the inner side of each
+  // side of the triangle, seen along that axis.
+  for (int k = 0; k < 3; ++k)
+    for (int which = 0; which < 4; ++which) {
+      const int i = (k + 1) % 3, j = (k + 2) % 3;
+      Point x{};
+      x[i] = which & 1 ? box.hi[i] : box.lo[i];
+      x[j] = which & 2 ? box.hi[j] : box.lo[j];
+      x[k] = corner[0][k] - (normal[i] * (x[i] - corner[0][i]) + normal[j] * (x[j] - corner[0][j])) / normal[k];
+      int n_inside = 0;
+      for (int c = 0; c < 3; ++c) {
+        const Point &a = corner[c], &b = corner[(c + 1) % 3];
+        n_inside += ((b[i] - a[i]) * (x[j] - a[j]) - (b[j] - a[j]) * (x[i] - a[i])) * normal[k] >= 0.0;
+      }
+      if (n_inside == 3) add(x);
+    }
+  return found;
+}
+
+/// The box of the part of a triangle is that of its corners.
+void check_triangle(const Triangle& triangle, const Box& box) {
+  constexpr float kRounding = 1e-5f;
+  const Box clipped = triangle.clipped_bounds(box);
+  Box expected = Box::empty();
+  for (const Point& x : corners_of_part(triangle, box)) expected.grow(Vec3{float(x[0]), float(x[1]), float(x[2])});
+  if (expected.is_empty()) {
+    check(clipped.is_empty() || clipped.side(clipped.longest_axis()) < kRounding, "no part has no box");
+    return;
+  }
+  check(holds(clipped, expected.lo, kRounding) && holds(clipped, expected.hi, kRounding), "the part lies in its box");
+  check(holds(expected, clipped.lo, kRounding) && holds(expected, clipped.hi, kRounding), "the box is tight");
+}
+
 }  // namespace
 
 int main() {
@@ -116,6 +178,7 @@ int main() {
       check_segment(random, round);
       const Triangle triangle{random.in_cube(), random.in_cube(), random.in_cube()};
       const Box box = any_segment(random, round).bounds();
+      check_triangle(triangle, box);
       for (const Shape& shape : {shape_of(Shape::triangle, triangle), shape_of(Shape::box, box)}) {
         const Shapes shapes{{&shape, 1}};
         for (int axis = 0; axis < 3; ++axis) check_bins(shapes, axis, planes_across(random, shapes.bounds(0), axis));

@@ -67,6 +67,19 @@ def test_every_tree_has_the_pairs_of_brute_force(name: str, kind: str) -> None:
                 assert_same(fl.build(lines, method).pairs(radius, to=to), expected, f"{method} {radius} {to}")
 
 
+@pytest.mark.parametrize("name", ["random", "crossing", "outlier", "points"])
+def test_radii_at_which_a_pair_just_counts(name: str) -> None:
+    """No pair is culled whose distance is the radius, or a rounding of it."""
+    ends, rng = scene(name, 80)
+    lines = fl.Lines.from_segments(ends)
+    distances = np.unique(fl.brute_force_pairs(lines, nasty.size_of(ends)).distance)
+    for method in METHODS:
+        tree = fl.build(lines, method)
+        for radius in rng.choice(distances, 30):
+            for near in (radius, np.nextafter(radius, np.float32(np.inf))):
+                assert_same(tree.pairs(near), fl.brute_force_pairs(lines, near), f"{method} {near}")
+
+
 @pytest.mark.parametrize("simd", available_simd())
 @pytest.mark.parametrize("kind", ["none", "taper"])
 def test_instruction_sets_and_threads_do_not_matter(simd: str, kind: str) -> None:
