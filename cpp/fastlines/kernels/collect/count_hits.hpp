@@ -51,8 +51,11 @@ struct CountEntriesQuery {
   void store(const RayGroup& rays, const Collector& found, int first, int end) const {
     for (int i = first; i < end; ++i) to[rays.id[i]] = 0;
     for (int from = first / kSimdWidth; from < round_up_to_width(end) / kSimdWidth; ++from)
-      for (std::size_t j = 0; j < found.hits[from].n; ++j)
-        ++to[rays.id[from * kSimdWidth + int(found.hits[from].lane[j])]];
+      for (std::size_t j = 0; j < found.hits[from].n; ++j) {
+        // Lanes behind the last ray repeat it. Where squares overflow, their limits do not keep all hits out.
+        const int lane = from * kSimdWidth + int(found.hits[from].lane[j]);
+        if (lane < end) ++to[rays.id[lane]];
+      }
   }
 };
 
