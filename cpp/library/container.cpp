@@ -127,7 +127,7 @@ void verify(Bytes file, Container& content) {
 }
 
 ContainerFile::ContainerFile(const Container& content) : checksums_(content.sections.size() + 1) {
-  header_ = "{";
+  header_ += '{';
   header_ += json_string(kMetadata) + ": {";
   for (const auto& [name, text] : content.metadata)
     header_ += (header_.back() == '{' ? "" : ", ") + json_string(name) + ": " + json_string(text);
