@@ -376,17 +376,6 @@ for method in fl.METHODS:
     assert ended.returncode == 0, f"exit code {ended.returncode}: {ended.stderr[-2000:]}"
 
 
-@pytest.mark.parametrize("at", ["closest", "surface", "entry"])
-def test_one_point_is_counted_once_however_far_it_is(at: str) -> None:
-    """Squares of such coordinates overflow; lanes that have no ray of their own count nothing."""
-    far = np.float32(2.8460483e26)
-    tree = fl.build(np.full((1, 2, 3), far))
-    rays = [[1.3 * far, far, far], [far, far, -far]], [[-0.1 * far, 0.02 * far, 0.1 * far], [0, 0, far]]
-    for kernel in ("auto", "single", "wave", "bundle", "binary"):
-        assert tree.count_hits(*rays, 0.0, at=at, kernel=kernel).tolist() == [0, 1], kernel
-        assert tree.all_hits(*rays, 0.0, at=at, kernel=kernel).prim.tolist() == [0], kernel
-
-
 def test_names_of_files_in_the_wrong_place(tmp_path):
     """The likeliest first mistakes are answered with the function that was meant."""
     tree = fl.build([[[0, 0, 0], [1, 1, 1]]])
@@ -400,14 +389,6 @@ def test_names_of_files_in_the_wrong_place(tmp_path):
     ):
         with pytest.raises(fl.FastlinesError, match=meant):
             wrong()
-
-
-def test_answers_are_shown_in_a_line():
-    tree = fl.build([[[0, 0, 0], [1, 1, 1]]])
-    rays = np.tile([0.5, 0.5, -5], (1000, 1)), [0, 0, 1]
-    assert repr(tree.first_hit(*rays, 0.1)) == "<FirstHits: 1,000 rays, 1,000 hit>"
-    assert repr(tree.all_hits(*rays, 0.1)) == "<AllHits: 1,000 rays, 1,000 hits>"
-    assert re.fullmatch(r"<Layout: 1 node, 1 leaf, \d+ references?, [\d,]+ bytes with primitives>", repr(tree.layout))
 
 
 def test_a_direction_of_length_zero_is_refused_where_all_else_is_zero_too():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 import numpy as np
@@ -240,3 +241,11 @@ def test_lists_that_do_not_fit_into_memory_say_what_to_do() -> None:
         query.next_hits(5)
     with pytest.raises(MemoryError, match="bad_alloc"):
         query.count_hits()
+
+
+def test_answers_are_shown_in_a_line():
+    tree = fl.build([[[0, 0, 0], [1, 1, 1]]])
+    rays = np.tile([0.5, 0.5, -5], (1000, 1)), [0, 0, 1]
+    assert repr(tree.first_hit(*rays, 0.1)) == "<FirstHits: 1,000 rays, 1,000 hit>"
+    assert repr(tree.all_hits(*rays, 0.1)) == "<AllHits: 1,000 rays, 1,000 hits>"
+    assert re.fullmatch(r"<Layout: 1 node, 1 leaf, \d+ references?, [\d,]+ bytes with primitives>", repr(tree.layout))
