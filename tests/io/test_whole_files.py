@@ -15,7 +15,6 @@ import numpy as np
 import pytest
 from support.command_line import done, refused
 from support.patience import HANGS
-from support.windows import refuse_files_in_use
 
 import fastlines as fl
 from fastlines.rendering.pictures.images import write_depth, write_picture
@@ -270,68 +269,7 @@ def test_a_name_as_long_as_names_can_be(tmp_path):
         assert (tmp_path / name).read_text() == "new"
 
 
-def test_files_are_on_the_disk_before_they_are_renamed_and_their_folder_after(tmp_path, monkeypatch):
-    done_so_far = []
-    fsync, replace = os.fsync, Path.replace
-
-    def sync(descriptor: int) -> None:
-        done_so_far.append("folder" if stat.S_ISDIR(os.fstat(descriptor).st_mode) else os.fstat(descriptor).st_size)
-        fsync(descriptor)
-
-    def rename(path: Path, target: Path) -> None:
-        done_so_far.append("rename")
-        replace(path, target)
-
-    monkeypatch.setattr(os, "fsync", sync)
-    monkeypatch.setattr(Path, "replace", rename)
-    write(tmp_path / "a", "12345")
-    assert done_so_far == [5, "rename", "folder"]
-
-
-def test_file_systems_that_can_neither_sync_nor_lock(tmp_path, monkeypatch):
-    def unknown(*_: object) -> None:
-        raise OSError(errno.EINVAL, "Invalid argument")
-
-    fcntl = pytest.importorskip("fcntl")
-    monkeypatch.setattr(os, "fsync", unknown)
-    monkeypatch.setattr(fcntl, "flock", unknown)
-    (tmp_path / LEFT_OVER).touch()
-    TREE.save(tmp_path / "a.flt")
-    assert names(tmp_path) == ["a.flt", LEFT_OVER], "nobody knows whether it is held"
-
-
-@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="reads /proc")
-def test_no_file_is_replaced_or_removed_while_it_is_open(tmp_path, monkeypatch):
-    """Windows refuses that."""
-    refuse_files_in_use(monkeypatch)
-    with (tmp_path / "open").open("w"), pytest.raises(PermissionError):
-        (tmp_path / "open").unlink()
-    (tmp_path / "open").unlink()
-    for _ in range(2):
-        TREE.save(tmp_path / "a.flt")
-    with pytest.raises(OSError, match="full"), atomic_write(tmp_path / "a.flt"):
-        raise OSError("the disk is full")
-    assert names(tmp_path) == ["a.flt"]
-
-
 # --- Errors ---
-
-
-def test_a_folder_that_cannot_be_synced_is_an_error(tmp_path, monkeypatch):
-    """The new file is there, but nobody knows whether it outlives a power failure."""
-    fsync = os.fsync
-
-    def sync(descriptor: int) -> None:
-        if stat.S_ISDIR(os.fstat(descriptor).st_mode):
-            raise OSError(errno.EIO, "Input/output error")
-        fsync(descriptor)
-
-    monkeypatch.setattr(os, "fsync", sync)
-    (tmp_path / "a").write_text("old")
-    with pytest.raises(OSError, match=r"Input/output error: '.*a'$"):
-        write(tmp_path / "a")
-    assert (tmp_path / "a").read_text() == "new"
-    assert names(tmp_path) == ["a"]
 
 
 def test_errors_name_the_path_that_was_given(tmp_path, monkeypatch):
