@@ -1,4 +1,4 @@
-"""Errors of the system that name their file: an open does, but a read or a map does not."""
+"""Errors of the operating system with the file name that those of reads and maps lack."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from contextlib import contextmanager
 
 
 def named(error: OSError, path: str | os.PathLike[str]) -> OSError:
-    """Return an error that names a file: the same one if it names one itself, or has no number of the system."""
+    """Return an error with its file name. One that has a name already, or no errno, is returned as it is."""
     name = os.fspath(path)
     if error.errno is None or error.filename is not None or name in str(error):
         return error
@@ -17,7 +17,7 @@ def named(error: OSError, path: str | os.PathLike[str]) -> OSError:
 
 @contextmanager
 def naming(path: str | os.PathLike[str]) -> Iterator[None]:
-    """Let errors of the system that are raised within name a file."""
+    """Add the file name to an `OSError` that is raised in the block."""
     try:
         yield
     except OSError as error:

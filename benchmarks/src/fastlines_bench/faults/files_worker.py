@@ -13,7 +13,7 @@ from typing import Any
 from ..harness.internals import FastlinesError
 from .file_operations import CommandError, FileOperation, FileOperations
 from .library import ALL, CHANGES, FailingFiles
-from .memory_worker import tell
+from .turns import fail_in_turn
 
 #: A disk that is full stays full; the other faults happen once.
 STAYS = ("ENOSPC",)
@@ -100,17 +100,7 @@ def main(name: str, mode: str, first: str, folder: str) -> None:
     operations = FileOperations(Path(os.path.realpath(folder)), [name.removeprefix("write ")])
     operation = next(each for each in operations if each.name == name)
     trial = FileTrial(operation, Path(os.path.realpath(folder)), mode)
-    n = int(first)
-    while True:
-        tell(trying=n)
-        was_reached, call, wrong = trial.run(n)
-        for each in wrong:
-            tell(n=n, wrong=each)
-        if not was_reached:
-            break
-        tell(n=n, call=call)
-        n += 1
-    tell(n_calls=n - 1)
+    fail_in_turn(trial.run, int(first))
 
 
 if __name__ == "__main__":

@@ -7,22 +7,15 @@ from __future__ import annotations
 
 import ctypes
 import gc
-import json
 import sys
 from pathlib import Path
-from typing import Any
 
 import fastlines as fl
 
 from ..harness.internals import FastlinesError
 from .library import ALL, MEMORY, THREADS, FailingMemory
 from .memory_operations import N_THREADS, Operation, Operations, arrays_of
-
-
-def tell(**what: Any) -> None:
-    """Print a line of JSON."""
-    print(json.dumps(what), flush=True)
-
+from .turns import tell
 
 #: The members of the struct mallinfo2.
 MALLINFO = "arena ordblks smblks hblks hblkhd usmblks fsmblks uordblks fordblks keepcost"

@@ -11,8 +11,8 @@ from typing import Any
 from ..harness.internals import FastlinesError
 from .file_operations import CommandError
 from .library import READS, FailingFiles
-from .memory_worker import tell
 from .read_operations import ReadOperation, ReadOperations
+from .turns import fail_in_turn
 
 
 class ReadTrial:
@@ -65,17 +65,7 @@ def main(name: str, mode: str, first: str, folder: str) -> None:
     operations = ReadOperations(Path(os.path.realpath(folder)), [name.removeprefix("read ")])
     operation = next(each for each in operations if each.name == name)
     trial = ReadTrial(operation, operations.folder, mode)
-    n = int(first)
-    while True:
-        tell(trying=n)
-        was_reached, call, wrong = trial.run(n)
-        for each in wrong:
-            tell(n=n, wrong=each)
-        if not was_reached:
-            break
-        tell(n=n, call=call)
-        n += 1
-    tell(n_calls=n - 1)
+    fail_in_turn(trial.run, int(first))
 
 
 if __name__ == "__main__":

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from .cpp_build import Build
 from .cpp_tests import FOLDERS, Programs
 from .mutant import Mutant
-from .pytest_process import Python
+from .pytest_process import PytestProcess
 from .recording import Recording
 from .switches import Switches
 from .trial import Test, try_mutants, with_fixtures
@@ -20,7 +20,7 @@ class Worker:
         self._build, self._switches = build, Switches(build.folder / f"switches-{index}")
         self._switches.only(0)
         self._programs = Programs(build, self._switches)
-        self._python = Python(build.checkout, FOLDERS, self._switches, build.environment())
+        self._python = PytestProcess(build.checkout, FOLDERS, self._switches, build.environment())
         self.close = self._python.close
 
     def record(self, numbers: Sequence[int], progress: Callable[[str, float], None]) -> list[Test]:

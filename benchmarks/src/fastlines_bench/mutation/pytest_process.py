@@ -1,4 +1,4 @@
-"""The tests in Python, in a process that is asked to run some of them."""
+"""A process of pytest that has collected the tests, and runs those that are asked for."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ from .trial import FACTOR, SECONDS_MORE, Test
 MOST_FAILED = 0.01
 
 
-class Python:
-    """The tests in Python, in a warm process.
+class PytestProcess:
+    """A process of pytest that has imported and collected the tests.
 
     Parameters
     ----------

@@ -9,7 +9,7 @@ from pathlib import Path
 from fastlines import InputError
 
 from .mutant import Mutant
-from .pytest_process import Python
+from .pytest_process import PytestProcess
 from .python_sources import package_folder
 from .recording import Recording
 from .switches import Switches
@@ -35,7 +35,7 @@ class Worker:
     def __init__(self, checkout: Path, names: Sequence[str], switches: Path, numbers: Sequence[int]) -> None:
         self._checkout, self._switches, self._numbers = checkout, Switches(switches), numbers
         self._switches.only(0)
-        self._python = Python(checkout, names, self._switches, os.environ, "python_pytest")
+        self._python = PytestProcess(checkout, names, self._switches, os.environ, "python_pytest")
         self.close = self._python.close
 
     def record(self, numbers: Sequence[int], progress: Callable[[str, float], None]) -> list[Test]:

@@ -32,7 +32,7 @@ BUSY = 10.0
 
 
 class Server:
-    """A plugin of pytest that runs what it is told instead of all tests once."""
+    """A plugin of pytest that runs the tests that stdin asks for, instead of each one once."""
 
     def __init__(self, answers: int) -> None:
         self._answers = answers
