@@ -78,14 +78,16 @@ def write_seeds(target) -> None:
 def in_process(name: str, given: argparse.Namespace) -> bool:
     """Fuzz one target in a process of its own; print its row; return whether nothing is found."""
     options = [f"--{key}={getattr(given, key)}" for key in ("runs", "seconds", "seed", "folder")]
+    counted = given.folder / f"{name}.counts"
+    counted.unlink(missing_ok=True)
     start = time.monotonic()
     done = subprocess.run(
         [sys.executable, __file__, name, "--here", *options], text=True, errors="replace", stderr=subprocess.PIPE
     )
     said, seconds = done.stderr, time.monotonic() - start
-    n_runs, n_accepted = np.fromfile(given.folder / f"{name}.counts", np.int64)
+    n_runs, n_accepted = np.fromfile(counted, np.int64) if counted.is_file() else (0, 0)
     edges, features = (max(map(int, re.findall(rf"{key}: (\d+)", said)), default=0) for key in ("cov", "ft"))
-    row = [name, n_runs, round(seconds), edges, features, n_accepted, min(done.returncode, 1)]
+    row = [name, n_runs, round(seconds), edges, features, n_accepted, int(done.returncode != 0)]
     print("| " + " | ".join(map(str, row)) + " |", flush=True)
     if done.returncode:
         print("\n".join(line for line in said.splitlines() if not line.startswith("INFO"))[-6000:], file=sys.stderr)
@@ -97,7 +99,6 @@ def fuzz(name: str, given: argparse.Namespace) -> None:
     import atheris
 
     given.folder.mkdir(parents=True, exist_ok=True)
-    counts = np.memmap(given.folder / f"{name}.counts", np.int64, "w+", shape=2)
     with atheris.instrument_imports(include=["fastlines"], exclude=other_modules()):
         import targets
 
@@ -107,6 +108,7 @@ def fuzz(name: str, given: argparse.Namespace) -> None:
 
     import fastlines as fl
 
+    counts = np.memmap(given.folder / f"{name}.counts", np.int64, "w+", shape=2)
     warnings.simplefilter("error")
     warnings.filterwarnings("ignore", "Duplicate name")  # of archives that are made
     for kind in (ResourceWarning, fl.FileWarning, fl.PrecisionWarning, fl.QueryWarning):

@@ -81,6 +81,8 @@ def reader(
         is_read = not isinstance(lines, fl.FastlinesError)
         if is_read:
             check_usable(lines, may_skip=chosen["invalid"] == "skip")
+        elif not needs:  # other packages raise what they will
+            require(lines.__cause__ is None, f"no check refused the file, but {lines.__cause__!r} did")
         if compares is None:
             for way in dict.fromkeys(ways) if is_read else (in_chunks,):
                 way(file, data, chosen, lines)
