@@ -194,7 +194,7 @@ def check_strands(strands: IntArray) -> None:
     """Refuse numbers that strands cannot have."""
     if strands.size and not -1 <= strands.min() <= strands.max() < STRAND_LIMIT:
         raise InputError(
-            f"strands are from {strands.min()} to {strands.max()}; expected numbers from 0 to 2^62, or -1 for none"
+            f"strands are from {strands.min()} to {strands.max()}; expected numbers from 0 to 2^62 - 1, or -1 for none"
         )
 
 

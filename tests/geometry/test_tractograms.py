@@ -29,7 +29,9 @@ def test_array_sequence_of_nibabel() -> None:
     np.testing.assert_array_equal(fl.lines(sequence[[2, 0]]).segments, POINTS[[[5, 6], [0, 1], [1, 2]]])
     np.testing.assert_array_equal(fl.lines(sequence[1:]).segments, POINTS[[[3, 4], [5, 6]]])
     assert len(fl.lines(streamlines.ArraySequence())) == 0
-    assert len(fl.lines(streamlines.LazyTractogram(lambda: iter(()), affine_to_rasmm=np.eye(4)))) == 0
+    for affine in (np.eye(4), np.diag([2.0, 2, 2, 1])):
+        assert len(fl.lines(streamlines.Tractogram([], affine_to_rasmm=affine))) == 0
+        assert len(fl.lines(streamlines.LazyTractogram(lambda: iter(()), affine_to_rasmm=affine))) == 0
     assert len(fl.build(sequence).geometry) == 4
     odd = SimpleNamespace(_data=POINTS, _offsets=np.array([0, 5]), _lengths=np.array([3, 5]))
     with pytest.raises(InputError, match="its offsets and lengths do not fit its 7 rows"):

@@ -144,6 +144,8 @@ def test_precision_radius_and_nan(load):
     [
         ("{", "is not JSON: .* .line 1, column 2.; fix it"),
         ("oak", "is not JSON"),
+        (" \r\n", "is not JSON"),
+        ("\x1e\n", "is not JSON"),
         ("[1, 2]", "holds no object; expected GeoJSON"),
         ('{"a": 1}', "holds an object of type None; expected GeoJSON, such as a FeatureCollection"),
         ('{"type": "Topology"}', "of type 'Topology'"),

@@ -82,3 +82,32 @@ def test_a_folder_that_cannot_be_synced_is_an_error(tmp_path, monkeypatch):
         partial.write_text("new")
     assert (tmp_path / "a").read_text() == "new"
     assert names(tmp_path) == ["a"]
+
+
+def test_only_folders_that_cannot_be_synced_at_all_are_passed_over(tmp_path, monkeypatch):
+    fsync, opened, failing, refused = os.fsync, os.open, [], {}
+
+    def sync(descriptor: int) -> None:
+        kind = "folder" if stat.S_ISDIR(os.fstat(descriptor).st_mode) else "file"
+        if kind in failing:
+            raise OSError(errno.EBADF, "Bad file descriptor")
+        fsync(descriptor)
+
+    def open_(path, flags, *mode):
+        if path == tmp_path and "number" in refused:
+            raise OSError(refused["number"], "cannot be opened")
+        return opened(path, flags, *mode)
+
+    monkeypatch.setattr(os, "fsync", sync)
+    monkeypatch.setattr(os, "open", open_)
+    failing[:] = ["folder"]
+    TREE.save(tmp_path / "a.flt")
+    failing[:] = ["file"]
+    with pytest.raises(OSError, match="Bad file descriptor"):
+        TREE.save(tmp_path / "a.flt")
+    failing.clear()
+    refused["number"] = errno.EACCES
+    TREE.save(tmp_path / "a.flt")
+    refused["number"] = errno.EMFILE
+    with pytest.raises(OSError, match="cannot be opened"):
+        TREE.save(tmp_path / "a.flt")

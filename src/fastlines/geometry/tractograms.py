@@ -53,7 +53,8 @@ def _points_and_counts(sequence: Any) -> tuple[AnyArray, IntArray]:
     data = np.asarray(sequence._data)
     offsets, counts = (to_integers(np.asarray(part), "offsets") for part in (sequence._offsets, sequence._lengths))
     if not len(counts):
-        return data[:0].astype(np.float32), counts
+        shape = data.shape[1:] if data.ndim > 1 else (3,)  # nibabel's empty sequences have no columns
+        return np.empty((0, *shape), np.float32), counts
     if (
         offsets.shape != counts.shape
         or (offsets < 0).any()

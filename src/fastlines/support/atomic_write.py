@@ -31,8 +31,10 @@ _MAX_NAME = 50
 #: Kinds of files that cannot be replaced, by the letter that ``ls -l`` shows.
 _KINDS = {"p": "a pipe", "s": "a socket", "c": "a device", "b": "a device"}
 
-#: How systems say that they cannot sync a file or, with EBADF, a folder; PostgreSQL (fd.c) passes over the same.
-_CANNOT_SYNC = (errno.EINVAL, errno.ENOSYS, errno.ENOTSUP, errno.EBADF)
+#: How systems say that they cannot sync a file, or a folder, and that a folder cannot be opened at all.
+_CANNOT_SYNC = (errno.EINVAL, errno.ENOSYS, errno.ENOTSUP)
+_CANNOT_SYNC_FOLDER = (*_CANNOT_SYNC, errno.EBADF)
+_CANNOT_OPEN_FOLDER = (errno.EACCES, errno.EISDIR, errno.EPERM)
 
 
 @contextmanager
@@ -73,7 +75,7 @@ def atomic_write(path: str | os.PathLike[str], *, durable: bool = True) -> Itera
                 _sync_file(partial)
         partial.replace(target)
         if durable:
-            _sync_folder(target.parent)
+            sync_folder(target.parent)
     except Exception as error:
         # Name the path that was given, not the partial file.
         failed = _with_number(error, outer) if isinstance(error, OSError) else None
@@ -92,7 +94,7 @@ def atomic_write(path: str | os.PathLike[str], *, durable: bool = True) -> Itera
 
 
 def sync(path: str | os.PathLike[str]) -> None:
-    """Wait until a file that was not durable is on the disk; its folder has to be synced, too, by a file after it."""
+    """Wait until a file that was not durable is on the disk; its folder has to be synced, too (`sync_folder`)."""
     descriptor = os.open(path, os.O_RDWR)
     try:
         _sync(descriptor)
@@ -100,6 +102,21 @@ def sync(path: str | os.PathLike[str]) -> None:
         raise OSError(error.errno, error.strerror, os.fspath(path)) from None
     finally:
         os.close(descriptor)
+
+
+def sync_folder(path: Path) -> None:
+    """Wait until the names of the files in a folder are on the disk, where the system supports that."""
+    try:
+        folder = os.open(path, os.O_RDONLY)
+    except OSError as error:
+        if error.errno in _CANNOT_OPEN_FOLDER:  # on Windows, or without the right to list it
+            return
+        raise
+    try:
+        _sync(folder, _CANNOT_SYNC_FOLDER)
+    finally:
+        with contextlib.suppress(OSError):  # nothing was written by it
+            os.close(folder)
 
 
 def check_target(path: str | os.PathLike[str]) -> Path:
@@ -197,22 +214,10 @@ def _sync_file(path: Path) -> None:
         _sync(file.fileno())
 
 
-def _sync_folder(path: Path) -> None:
-    try:
-        folder = os.open(path, os.O_RDONLY)
-    except OSError:  # folders cannot be opened everywhere
-        return
-    try:
-        _sync(folder)
-    finally:
-        with contextlib.suppress(OSError):  # nothing was written by it
-            os.close(folder)
-
-
-def _sync(descriptor: int) -> None:
+def _sync(descriptor: int, passed_over: tuple[int, ...] = _CANNOT_SYNC) -> None:
     """Wait until a file or a folder is on the disk, where the system supports that."""
     try:
         os.fsync(descriptor)
     except OSError as error:
-        if error.errno not in _CANNOT_SYNC:
+        if error.errno not in passed_over:
             raise

@@ -7,6 +7,7 @@ import errno
 import itertools
 import os
 import signal
+import stat
 import subprocess
 import sys
 import time
@@ -105,16 +106,18 @@ def test_interrupted_at_each_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
 
 
 def test_a_power_failure_at_each_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """What was not synced by then is cut short, or has lost a page."""
+    """What was not synced by then is cut short, has lost a page, or is gone."""
     expected = contents(fl.build_forest(chunks(), tmp_path / "whole", max_segments=130).path)
-    n_torn = 0
+    n_torn = n_gone = 0
     for number in itertools.count(1):
-        folder, synced = tmp_path / f"{number}", set()
+        folder, synced, named = tmp_path / f"{number}", set(), set()
         with monkeypatch.context() as patch:
             fsync = os.fsync
 
-            def sync(descriptor: int, fsync: Any = fsync, synced: Any = synced) -> None:
+            def sync(descriptor: int, fsync: Any = fsync, synced: Any = synced, named: Any = named) -> None:
                 synced.add(os.fstat(descriptor).st_ino)
+                if stat.S_ISDIR(os.fstat(descriptor).st_mode):
+                    named.update(entry.stat().st_ino for entry in os.scandir(descriptor))
                 fsync(descriptor)
 
             patch.setattr(os, "fsync", sync)
@@ -125,7 +128,13 @@ def test_a_power_failure_at_each_file(tmp_path: Path, monkeypatch: pytest.Monkey
                 pass
             else:
                 break
-        torn = [path for path in folder.rglob("*") if path.is_file() and path.stat().st_ino not in synced]
+        files = [path for path in folder.rglob("*") if path.is_file()]
+        if number % 3 == 0:
+            gone = [path for path in files if path.stat().st_ino not in named]
+            n_gone += len(gone)
+            for path in gone:
+                path.unlink()
+        torn = [path for path in files if path.exists() and path.stat().st_ino not in synced]
         for path in torn:
             data = path.read_bytes()
             path.write_bytes(data[: len(data) // 2] if number % 2 else data[:-128] + bytes(min(len(data), 128)))
@@ -133,6 +142,7 @@ def test_a_power_failure_at_each_file(tmp_path: Path, monkeypatch: pytest.Monkey
         assert contents(fl.build_forest(chunks(), folder, max_segments=130).path) == expected
     assert number > 15
     assert n_torn > 10
+    assert n_gone > 5
 
 
 def test_a_disk_that_fills(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

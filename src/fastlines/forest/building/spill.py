@@ -17,7 +17,7 @@ from ...errors import FileFormatError, FileWarning, InputError
 from ...geometry.lines import Lines
 from ...geometry.offsets import Offset, offset_of
 from ...progress import ProgressCallback, staged
-from ...support.atomic_write import sync
+from ...support.atomic_write import sync, sync_folder
 from ...support.metadata import to_json
 from ...support.texts import counted
 from ...support.warn_caller import warn_caller
@@ -94,6 +94,7 @@ class Spill:
         # From here on, the files are taken to be whole, also after a power failure.
         for number in range(self._number):
             sync(self._journal.chunk(number))
+        sync_folder(self._journal.chunk(0).parent)
         totals = {"n_chunks": self._number, "n_numbers": self._before.numbers, "n_strands": self._before.strands}
         write_stage(self._journal.spilled, {}, totals)
 

@@ -96,6 +96,8 @@ def _documents(source: Source) -> list[Any]:
             return [_parse(text)]
         except json.JSONDecodeError as error:
             lines = [line for line in re.split("[\r\n]", text) if line.strip(" \t\x1e")]
+            if not lines:
+                raise
             try:
                 return [_parse(line.strip(" \t\x1e")) for line in lines]
             except json.JSONDecodeError:
