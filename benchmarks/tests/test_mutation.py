@@ -13,9 +13,10 @@ import pytest
 from command_line import refused
 
 from fastlines_bench.mutation.cpp_build import HEADER
-from fastlines_bench.mutation.cpp_mutants import mutants_of, mutated
+from fastlines_bench.mutation.cpp_mutants import find_mutants, mutants_of, mutated
 from fastlines_bench.mutation.equal import mark_equal, reasons
 from fastlines_bench.mutation.mutant import Mutant, score
+from fastlines_bench.mutation.python_sources import MutatedSources
 from fastlines_bench.mutation.switches import VARIABLE, Switches
 
 pytestmark = [
@@ -23,6 +24,7 @@ pytestmark = [
     pytest.mark.skipif(not sys.platform.startswith("linux"), reason="the switches are shared memory, on Linux"),
 ]
 
+CHECKOUT = Path(__file__).resolve().parents[2]
 SOURCE = """
 #include <algorithm>
 #include <cstdio>
@@ -127,13 +129,20 @@ def test_a_warm_process_runs_tests():
 
 def test_the_score_counts_equal_mutants_apart():
     (key, reason), *_ = reasons().items()
-    statuses = [Mutant(1, *key[:1], 1, *key[1:], "survived"), Mutant(2, "a.hpp", 1, "", "", "", "killed")]
+    statuses = [Mutant(1, key[0], 1, *key[1:4], "survived", nth=key[4]), Mutant(2, "a.hpp", 1, "", "", "", "killed")]
     statuses.append(Mutant(3, "a.hpp", 1, "", "", "", "survived"))
     assert score(statuses) == pytest.approx(1 / 3)
     mark_equal(statuses)
     assert [mutant.status for mutant in statuses] == ["equal", "killed", "survived"]
     assert statuses[0].by == reason
     assert score(statuses) == pytest.approx(1 / 2)
+
+
+def test_each_equal_mutant_is_one_that_is_made():
+    mutants = [each.mutant for each in find_mutants(CHECKOUT)] + MutatedSources(CHECKOUT / "src" / "fastlines").mutants
+    keys = [mutant.key for mutant in mutants]
+    assert len(set(keys)) == len(keys)
+    assert reasons().keys() <= set(keys)
 
 
 def test_bad_options():

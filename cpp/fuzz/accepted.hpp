@@ -22,6 +22,7 @@ class Accepted {
     (n_ <= most_kept ? kept_.back() : kept_[number % most_kept]).assign(file.begin(), file.end());
   }
 
+  std::uint64_t count() const { return n_; }
   const std::vector<File>& kept() const { return kept_; }
 
  private:

@@ -43,7 +43,7 @@ std::size_t mutate(std::uint8_t* data, std::size_t size, std::size_t max_size, s
     const std::size_t changed = change_parts(*file, lender ? &*lender : nullptr, data, max_size, random);
     return changed ? changed : size;
   } catch (const std::runtime_error&) {
-    return size;  // a shape or a type that is none
+    return size;  // an invalid shape or type
   }
 }
 

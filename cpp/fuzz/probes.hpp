@@ -35,7 +35,7 @@ class Probes {
 
   std::size_t below(std::size_t n) { return random_.below(n); }
 
-  /// A ray, which may be none: its direction may have no length, or t_min may be beyond t_max.
+  /// A ray, which may be invalid: its direction may have no length, or t_min may be beyond t_max.
   RayQuery ray() {
     RayQuery ray{place(), random_.direction() * size_, 0.0f, kInfinity, radius()};
     switch (random_.below(8)) {

@@ -2,6 +2,7 @@
 #include "tree_file.hpp"
 
 #include <algorithm>
+#include <cstdio>
 #include <cstring>
 #include <iterator>
 #include <limits>
@@ -44,8 +45,13 @@ std::span<const T> rows(const Container& file, const std::string& name, const st
 }
 
 /// A cost from the header: with others, the costs of trees could not be compared.
-double checked_cost(const Json& cost, double least, double most) {
-  if (!(least <= cost.as_number() && cost.number <= most)) throw std::runtime_error("a cost in its header is none");
+double checked_cost(const char* name, const Json& cost, double least, double most) {
+  if (!(least <= cost.as_number() && cost.number <= most)) {
+    char text[128];
+    std::snprintf(text, sizeof text, "its header has %s = %g; expected a number from %g to %g", name, cost.number,
+                  least, most);
+    throw std::runtime_error(text);
+  }
   return cost.number;
 }
 
@@ -83,15 +89,15 @@ TreePointer restore(const Container& file, const Engine& engine) {
       rest->metadata.emplace_back(name, text);
   std::optional<double> built_cost;
   if (const std::string text = file.text("built_cost"); !text.empty())
-    built_cost = checked_cost(Json::parse(text), 0.0, std::numeric_limits<double>::max());
+    built_cost = checked_cost("built_cost", Json::parse(text), 0.0, std::numeric_limits<double>::max());
   const Json settings = Json::parse(file.text("settings")), &cost = settings.at("cost");
   if (Json::parse(file.text("limits_hit")).kind != Json::Kind::object)
     throw std::runtime_error("its header does not say which limits were hit");
   const std::string& boxes = settings.at("boxes").as_string();
   if (boxes != "cut" && boxes != "tight") throw std::runtime_error("its boxes are neither cut nor tight");
   const TreeOrigin origin{.method = file.text("method"),
-                          .c_trav = checked_cost(cost.at("c_trav"), 1e-100, 1e100),
-                          .c_prim = checked_cost(cost.at("c_prim"), 1e-100, 1e100),
+                          .c_trav = checked_cost("c_trav", cost.at("c_trav"), 1e-100, 1e100),
+                          .c_prim = checked_cost("c_prim", cost.at("c_prim"), 1e-100, 1e100),
                           .is_cut = boxes == "cut",
                           .settings = file.text("settings"),
                           .limits_hit = file.text("limits_hit"),

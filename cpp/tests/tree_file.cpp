@@ -48,22 +48,25 @@ File with_setting(const File& file, const std::string& from, const std::string& 
 
 void check_metadata(const File& file) {
   for (const char* text : {"NaN", "-1", "Infinity", "-Infinity", "1e999", "\"1\"", "[]"})
-    check(!refusal(with_text(file, "built_cost", text)).empty(), "a cost of the build that is none");
+    check(!refusal(with_text(file, "built_cost", text)).empty(), "an invalid cost of the build");
   for (const char* text : {"0", "1.5"})
     check(saved(*read(with_text(file, "built_cost", text))) ==
               saved(*read(saved(*read(with_text(file, "built_cost", text))))),
           "a cost of the build is kept");
   for (const char* text : {"NaN", "Infinity", "0", "-1", "1e101", "\"2\""})
     check(!refusal(with_setting(file, "\"c_prim\": 1", "\"c_prim\": " + std::string(text))).empty(),
-          "a cost of a primitive that is none");
+          "an invalid cost of a primitive");
+  check(refusal(with_setting(file, "\"c_prim\": 1", "\"c_prim\": -1"))
+                .find("c_prim = -1; expected a number from 1e-100") != std::string::npos,
+        "the error names the cost, and what it may be");
   check(!refusal(with_setting(file, "\"tight\"", "\"loose\"")).empty(), "an unknown rule of boxes");
   for (const char* text : {"", "3", "[]"})
-    check(!refusal(with_text(file, "limits_hit", text)).empty(), "limits that are none");
+    check(!refusal(with_text(file, "limits_hit", text)).empty(), "invalid limits");
   for (const char* text : {R"({"offset": [NaN, 0, 0]})", R"({"offset": [0, 0]})", R"({"offset": [0, Infinity, 0]})"})
-    check(!refusal(with_text(file, "metadata", text)).empty(), "an offset that is none");
+    check(!refusal(with_text(file, "metadata", text)).empty(), "an invalid offset");
   for (const char* text : {"[[-9, -9, -9], [9, 9, NaN]]", "[[-9, -9, -9], [9, 9, 2e30]]", "[[9, 9, 9], [-9, -9, -9]]",
                            "[[0, 0, 0], [0, 0, 0]]", "[[-9, -9, -9]]", "null"})
-    check(!refusal(with_text(file, "frame", text)).empty(), "a frame that is none, or does not hold the lines");
+    check(!refusal(with_text(file, "frame", text)).empty(), "a frame that is invalid, or does not hold the lines");
   check(refusal(with_text(file, "frame", "[[-9, -9, -9], [9, 9, 9]]")).empty(), "a frame that holds the lines");
 }
 

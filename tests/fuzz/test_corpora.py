@@ -10,6 +10,8 @@ import pytest
 import targets
 from mutators import joined_tree, split_tree
 
+from fastlines.io import table
+
 CORPORA = Path(__file__).parent / "corpora"
 FILES = [path for target in targets.TARGETS for path in sorted((CORPORA / target.name).glob("*"))]
 #: A small file takes no more memory than so many bytes.
@@ -29,6 +31,14 @@ def test_file(path: Path) -> None:
     finally:
         tracemalloc.stop()
     assert is_accepted or not path.name.startswith("seed-")
+
+
+def test_each_format_has_a_target() -> None:
+    readers = [target for target in targets.TARGETS if target.name not in ("wkb", "load")]
+    fuzzed = {table.named(target.extension).name for target in readers}
+    rows = {row.name for row in map(table.named, table.known_formats()) if row.module is None}
+    assert fuzzed | targets.LEFT_OUT.keys() == rows
+    assert not fuzzed & targets.LEFT_OUT.keys()
 
 
 def test_each_target_has_a_corpus() -> None:

@@ -294,7 +294,7 @@ class Lines(StrandPoints):
             Refuse segments that hold NaN, Inf or a coordinate beyond 1e30, or leave them out and record their rows in
             ``skipped``. The ``prim`` of a hit then counts the segments that are left; its ``row``, those of the input.
         **more
-            ``strands`` (none below 0), ``radius``, ``attributes``, ``end_attributes``: a row a segment; or one radius.
+            ``strands`` (-1 for none), ``radius``, ``attributes``, ``end_attributes``: a row a segment; or one radius.
 
         Raises
         ------

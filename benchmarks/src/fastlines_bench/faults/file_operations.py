@@ -32,6 +32,14 @@ class CommandError(Exception):
         self.is_sentence = code in (1, 2) and text.startswith("error: ") and text.count("\n") == 1
 
 
+def is_sentence(error: BaseException, path: Path) -> bool:
+    """Return whether an error is one line that names a file."""
+    if isinstance(error, CommandError):
+        return error.is_sentence and str(path) in str(error)
+    known = isinstance(error, OSError | FastlinesError)
+    return known and "\n" not in str(error) and str(path) in str(error)
+
+
 @dataclass(frozen=True)
 class FileOperation:
     """A call that writes a file or a folder, what stands there before, and what is read of it.

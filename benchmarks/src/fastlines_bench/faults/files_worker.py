@@ -10,8 +10,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from ..harness.internals import FastlinesError
-from .file_operations import CommandError, FileOperation, FileOperations
+from .file_operations import FileOperation, FileOperations, is_sentence
 from .library import ALL, CHANGES, FailingFiles
 from .turns import fail_in_turn
 
@@ -61,19 +60,13 @@ class FileTrial:
 
     def _check(self, error: BaseException | None) -> list[str]:
         wrong = [f"a traceback is printed: {each}" for each in self.unraised]
-        if error is not None and not self._is_sentence(error):
+        if error is not None and not is_sentence(error, self.path):
             wrong.append(f"no sentence: {type(error).__name__}: {str(error)!r}")
         if self.operation.goes_on:
             return wrong if error is not None else [*wrong, *self._check_content([1])]
         left = sorted({each.name for each in self.folder.iterdir()} - {self.operation.target})
         wrong += [f"left over: {name}" for name in left]
         return [*wrong, *self._check_content([1] if error is None else [0, 1])]
-
-    def _is_sentence(self, error: BaseException) -> bool:
-        if isinstance(error, CommandError):
-            return error.is_sentence and str(self.path) in str(error)
-        known = isinstance(error, OSError | FastlinesError)
-        return known and "\n" not in str(error) and str(self.path) in str(error)
 
     def _check_content(self, expected: Sequence[int]) -> list[str]:
         """Return what is wrong with what stands there; expected is version 0, the one before, or 1, the new one."""

@@ -8,6 +8,7 @@ from __future__ import annotations
 import ctypes
 import gc
 import sys
+from functools import partial
 from pathlib import Path
 
 import fastlines as fl
@@ -15,7 +16,7 @@ import fastlines as fl
 from ..harness.internals import FastlinesError
 from .library import ALL, MEMORY, THREADS, FailingMemory
 from .memory_operations import N_THREADS, Operation, Operations, arrays_of
-from .turns import tell
+from .turns import fail_in_turn
 
 #: The members of the struct mallinfo2.
 MALLINFO = "arena ordblks smblks hblks hblkhd usmblks fsmblks uordblks fordblks keepcost"
@@ -51,8 +52,15 @@ class MemoryTrial:
         self.expected = arrays_of(operation.prepare()())
         self.before = operations.check()
 
-    def run(self, n: int) -> tuple[bool, str]:
-        """Fail call n; return whether it was reached, and what was wrong after it, or nothing."""
+    def run(self, n: int) -> tuple[bool, str, list[str]]:
+        """Fail call n; return whether it was reached, the kind of call, and what is wrong after it."""
+        was_reached, wrong = self.fail(n)
+        if was_reached:
+            wrong = wrong or self._check_after()
+        return was_reached, self.mode, [wrong] if wrong else []
+
+    def fail(self, n: int) -> tuple[bool, str]:
+        """Fail call n; return whether it was reached, and what is wrong with the call, or nothing."""
         call, answer, error = self.operation.prepare(), None, None
         kind = THREADS if self.mode == "threads" else MEMORY
         self.library.arm(kind, n, n if self.mode == "once" else ALL)
@@ -70,7 +78,7 @@ class MemoryTrial:
         del answer, error, call
         return n_calls >= n, wrong
 
-    def check_after(self) -> str:
+    def _check_after(self) -> str:
         """Return what is wrong with the trees from before, and with the next call, or nothing."""
         if self.operations.check() != self.before:
             return "a tree from before answers differently"
@@ -90,24 +98,9 @@ def leaked(trial: MemoryTrial, n_calls: int, repeats: int = 50, rounds: int = 24
     while len(grown) < rounds and min(grown, default=ALL) > 0:
         before = bytes_in_use()
         for n in turns:
-            trial.run(n)
+            trial.fail(n)
         grown.append((bytes_in_use() - before) / repeats)
     return max(0.0, min(grown))
-
-
-def fail_in_turn(trial: MemoryTrial, first: int) -> None:
-    """Fail call first and each after it, until a run has no such call."""
-    n = first
-    while True:
-        tell(trying=n)
-        was_reached, wrong = trial.run(n)
-        if not was_reached:
-            break
-        wrong = wrong or trial.check_after()
-        if wrong:
-            tell(n=n, wrong=wrong)
-        n += 1
-    tell(n_calls=n - 1, leaked=leaked(trial, n - 1) if n > 1 else 0)
 
 
 def main(name: str, mode: str, first: str, folder: str) -> None:
@@ -115,7 +108,8 @@ def main(name: str, mode: str, first: str, folder: str) -> None:
     fl.set_num_threads(N_THREADS)
     operations = Operations(Path(folder))
     operation = next(each for each in operations if each.name == name)
-    fail_in_turn(MemoryTrial(operation, operations, mode), int(first))
+    trial = MemoryTrial(operation, operations, mode)
+    fail_in_turn(trial.run, int(first), partial(leaked, trial))
 
 
 if __name__ == "__main__":

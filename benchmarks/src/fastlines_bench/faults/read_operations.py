@@ -13,13 +13,11 @@ import numpy as np
 
 import fastlines as fl
 
-from .file_operations import run_command, write_rays, written_formats
+from .file_operations import N_RAYS, run_command, write_rays, written_formats
 from .memory_operations import arrays_of, scene
 
 #: If USD cannot map a package, its own code ends the process (usd-core 26.11).
 LEFT_OUT = (".usdz",)
-#: The number of rays that compare trees and forests.
-N_RAYS = 50
 
 
 @dataclass(frozen=True)

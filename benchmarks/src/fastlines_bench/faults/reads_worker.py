@@ -8,8 +8,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from ..harness.internals import FastlinesError
-from .file_operations import CommandError
+from .file_operations import is_sentence
 from .library import READS, FailingFiles
 from .read_operations import ReadOperation, ReadOperations
 from .turns import fail_in_turn
@@ -41,7 +40,7 @@ class ReadTrial:
         wrong = []
         if error is None and answer != self.expected:
             wrong.append("another answer without an error")
-        if error is not None and not self._is_sentence(error):
+        if error is not None and not is_sentence(error, self.operation.path):
             wrong.append(f"no sentence: {type(error).__name__}: {str(error)!r}")
         del error, answer
         if self._names() != self.files:
@@ -52,12 +51,6 @@ class ReadTrial:
 
     def _names(self) -> list[str]:
         return sorted(str(path) for path in self.folder.rglob("*"))
-
-    def _is_sentence(self, error: BaseException) -> bool:
-        if isinstance(error, CommandError):
-            return error.is_sentence and str(self.operation.path) in str(error)
-        known = isinstance(error, OSError | FastlinesError)
-        return known and "\n" not in str(error) and str(self.operation.path) in str(error)
 
 
 def main(name: str, mode: str, first: str, folder: str) -> None:

@@ -12,10 +12,15 @@ def tell(**what: Any) -> None:
     print(json.dumps(what), flush=True)
 
 
-def fail_in_turn(run: Callable[[int], tuple[bool, str, Sequence[str]]], first: int) -> None:
+def fail_in_turn(
+    run: Callable[[int], tuple[bool, str, Sequence[str]]],
+    first: int,
+    leaked: Callable[[int], float] = lambda n_calls: 0.0,
+) -> None:
     """Fail call first and each after it, until a run has no such call.
 
-    `run(n)` returns whether call n was reached, its name, and what was wrong after it.
+    `run(n)` returns whether call n was reached, its name, and what was wrong after it; `leaked(n_calls)` returns the
+    bytes that stay in use for each fault.
     """
     n = first
     while True:
@@ -27,4 +32,4 @@ def fail_in_turn(run: Callable[[int], tuple[bool, str, Sequence[str]]], first: i
             break
         tell(n=n, call=call)
         n += 1
-    tell(n_calls=n - 1)
+    tell(n_calls=n - 1, leaked=leaked(n - 1) if n > 1 else 0.0)

@@ -42,7 +42,7 @@ class Build:
         self.source, self.build = folder / "source", folder / "build"
         notes = folder / "notes.json"
         self._notes: dict[str, Any] = json.loads(notes.read_text()) if notes.exists() else {}
-        self.left_out: set[tuple[str, ...]] = {tuple(key) for key in self._notes.get("left_out", [])}
+        self.left_out: set[tuple[str | int, ...]] = {tuple(key) for key in self._notes.get("left_out", [])}
         self.programs: list[Path] = []
         self.numbers: list[int] = []
 
@@ -58,11 +58,11 @@ class Build:
         if not self._compiled_before(kept):
             kept = self._check(found, self._targets()[:2], progress)
         progress("compile", 0.0)
-        if not self._compile():
+        if self._compile():
             kept = self._check(found, self._targets()[2:], progress)
             progress("compile", 0.0)
-            if not self._compile():
-                raise InputError(f"the mutated copy does not compile; run cmake --build {self.build} to see why")
+            if errors := self._compile():
+                raise InputError(f"the mutated copy does not compile:\n{errors}")
         self._note(compiled=self._digest(kept))
         self.numbers = [each.mutant.number for each in kept]
         return kept
@@ -104,7 +104,7 @@ class Build:
 
     def _check_tools(self) -> None:
         missing = [name for name in ("cmake", "ninja") if shutil.which(name) is None]
-        missing += [name for name in ("nanobind", "pytest") if importlib.util.find_spec(name) is None]
+        missing += [name for name in ("nanobind", "pytest", "hypothesis") if importlib.util.find_spec(name) is None]
         if missing:
             raise InputError(f"{', '.join(missing)}: not installed; pip install './benchmarks[mutation]'")
 
@@ -175,18 +175,19 @@ class Build:
             raise InputError(f"{command['file']} does not compile:\n{done.stderr[:2000]}")
         return wrong
 
-    def _compile(self) -> bool:
-        """Compile all targets, and put the modules into the package; return whether they compile."""
+    def _compile(self) -> str:
+        """Compile all targets, and put the modules into the package; return the end of an error, or ""."""
         targets = self._targets()
-        done = subprocess.run(["cmake", "--build", str(self.build), "--target", *targets], capture_output=True)
+        command = ["cmake", "--build", str(self.build), "--target", *targets]
+        done = subprocess.run(command, capture_output=True, text=True, errors="replace")
         if done.returncode:
-            return False
+            return "\n".join(done.stdout.splitlines()[-20:]) or "cmake ends with an error"
         for target in targets[:2]:
             for module in self.build.glob(f"{target}.*"):
                 if module.suffix in (".so", ".pyd"):
                     _write_changed(self.source / "src/fastlines" / module.name, module.read_bytes())
         self.programs = [self.build / "cpp/tests" / name for name in targets[2:]]
-        return True
+        return ""
 
     def _run(self, command: list[str]) -> str:
         done = subprocess.run(command, capture_output=True, text=True)

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from .cpp_operators import Place, find_places
 from .cpp_text import only_code, without_comments
-from .mutant import Mutant
+from .mutant import Mutant, tell_apart
 
 #: The code of traversal, culling, clipping and validation: files and folders below cpp/fastlines.
 TARGETS = (
@@ -65,6 +65,7 @@ def find_mutants(root: Path) -> list[Found]:
     found: list[Found] = []
     for file in target_files(root):
         found += mutants_of(file, (root / file).read_text(encoding="utf-8"), len(found) + 1)
+    tell_apart(each.mutant for each in found)
     return found
 
 

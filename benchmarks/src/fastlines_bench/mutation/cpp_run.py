@@ -28,18 +28,18 @@ class Worker:
 
         All mutants of the build are recorded, so that a run of some of them can use the recording of all.
         """
-        sources, support = self._build.source, self._build.checkout / "tests" / "support"
-        shared = [*(sources / "cpp" / "fastlines").rglob("*.hpp"), *(sources / "src").rglob("*.py")]
-        shared += support.rglob("*.py")
+        sources, tests = self._build.source, self._build.checkout / "tests"
+        shared = [path for path in (sources / "cpp").rglob("*.?pp") if "tests" not in path.parts]
+        shared += [*(sources / "src").rglob("*.py"), *tests.glob("conftest.py"), *(tests / "support").rglob("*.py")]
         kept = Recording(
             self._build.folder / "recording.json", self._build.checkout, sorted(shared), self._build.numbers
         )
         kept.add(self._python.record(self._build.numbers, progress, kept.files))
         return [*self._programs.record(self._build.numbers, progress), *with_fixtures(kept.tests)]
 
-    def noticed_by(self, mutant: Mutant, groups: Sequence[Sequence[Test]]) -> str:
-        """Run groups of tests with a mutant until one fails; return which, or ""."""
-        self._switches.only(mutant.number)
+    def noticed_by(self, number: int, groups: Sequence[Sequence[Test]]) -> str:
+        """Run groups of tests with a mutant until one fails, or without one for 0; return which, or ""."""
+        self._switches.only(number)
         try:
             for group in groups:
                 runner = self._programs if group[0].is_program else self._python

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import TypeVar
@@ -29,6 +30,8 @@ class Mutant:
         One of `STATUSES`, or "" if it was not tried.
     by : str
         The test that noticed it and how, or the reason why it is equal.
+    nth : int
+        Which one it is of the mutants of its file with the same place, original and replacement; from 0.
     """
 
     number: int
@@ -39,11 +42,26 @@ class Mutant:
     replacement: str
     status: str = ""
     by: str = ""
+    nth: int = 0
 
     @property
-    def key(self) -> tuple[str, str, str, str]:
-        """What stays the same if lines are inserted before it."""
-        return self.file, self.place, self.original, self.replacement
+    def key(self) -> tuple[str, str, str, str, int]:
+        """What stays the same if other lines are inserted before it."""
+        return self.file, self.place, self.original, self.replacement, self.nth
+
+    @property
+    def is_undetected(self) -> bool:
+        """Whether no test noticed it, and it is not known to be equal."""
+        return self.status in ("survived", "not reached")
+
+
+def tell_apart(mutants: Iterable[Mutant]) -> None:
+    """Number the mutants of each file whose texts are the same."""
+    seen: Counter[tuple[str | int, ...]] = Counter()
+    for mutant in mutants:
+        key = mutant.key[:-1]
+        mutant.nth = seen[key]
+        seen[key] += 1
 
 
 def score(mutants: Iterable[Mutant]) -> float:

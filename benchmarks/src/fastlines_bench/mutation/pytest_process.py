@@ -16,6 +16,8 @@ from .trial import FACTOR, SECONDS_MORE, Test
 
 #: Tests that fail without a mutant are left out, if they are a smaller share of all.
 MOST_FAILED = 0.01
+#: So many of the last lines of a process that ended are shown.
+N_LINES = 20
 
 
 class PytestProcess:
@@ -105,4 +107,5 @@ class PytestProcess:
             yield answer
             if last in answer:
                 return
-        raise InputError(f"pytest ended; its output is in {self._log.name}")
+        end = "\n".join(Path(self._log.name).read_text(errors="replace").splitlines()[-N_LINES:])
+        raise InputError(f"pytest ended; the end of its output is\n{end}")

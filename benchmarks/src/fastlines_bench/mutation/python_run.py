@@ -43,14 +43,15 @@ class Worker:
 
         All drawn mutants are recorded, so that a run of some of them can use the recording of all.
         """
-        shared = [*package_folder().rglob("*.py"), *(self._checkout / "tests" / "support").rglob("*.py")]
+        tests = self._checkout / "tests"
+        shared = [*package_folder().rglob("*.py"), *tests.glob("conftest.py"), *(tests / "support").rglob("*.py")]
         kept = Recording(self._switches.path.with_suffix(".json"), self._checkout, sorted(shared), self._numbers)
         kept.add(self._python.record(self._numbers, progress, kept.files))
         return with_fixtures(kept.tests)
 
-    def noticed_by(self, mutant: Mutant, groups: Sequence[Sequence[Test]]) -> str:
-        """Run groups of tests with a mutant until one fails; return which, or ""."""
-        self._switches.only(mutant.number)
+    def noticed_by(self, number: int, groups: Sequence[Sequence[Test]]) -> str:
+        """Run groups of tests with a mutant until one fails, or without one for 0; return which, or ""."""
+        self._switches.only(number)
         try:
             return self._python.failing([test for group in groups for test in group]) or ""
         finally:

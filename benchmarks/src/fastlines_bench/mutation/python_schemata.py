@@ -213,8 +213,8 @@ class _Choices(ast.NodeTransformer):
         return ast.copy_location(ast.If(ast.UnaryOp(ast.Not(), _call("at", number, number)), [node], []), node)
 
     def _add(self, line: int, original: str, replacement: str) -> int:
-        short = [text if len(text) <= LONGEST else f"{text[:LONGEST]}…" for text in (original, replacement)]
-        self.mutants.append(Mutant(self.next, self.file, line, ".".join(self.scope), *short))
+        old, new = (text if len(text) <= LONGEST else f"{text[:LONGEST]}…" for text in (original, replacement))
+        self.mutants.append(Mutant(self.next, self.file, line, ".".join(self.scope), old, new))
         self.next += 1
         return self.next - 1
 

@@ -12,7 +12,7 @@ from importlib.abc import MetaPathFinder
 from pathlib import Path
 from types import CodeType, ModuleType
 
-from .mutant import Mutant
+from .mutant import Mutant, tell_apart
 from .python_schemata import SWITCH, numeric_limits, schemata
 
 #: Files that check and limit, as patterns below the package: all of their functions are mutated.
@@ -54,6 +54,7 @@ class MutatedSources:
             lines = texts[path].splitlines()
             # A function has many a number 1; its line tells which.
             self.mutants += [replace(each, place=f"{each.place}: {lines[each.line - 1].strip()}") for each in found]
+        tell_apart(self.mutants)
         self._trees = {str(path): tree for path, tree in trees.items()}
 
     def install(self, switch: ModuleType) -> None:

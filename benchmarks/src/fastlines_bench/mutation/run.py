@@ -49,7 +49,7 @@ class Plan:
     seconds: float = 60.0
     n_jobs: int = 1
     work: Path | None = None
-    again: frozenset[tuple[str, ...]] | None = None
+    again: frozenset[tuple[str | int, ...]] | None = None
 
 
 @dataclass
@@ -104,13 +104,13 @@ def check_checkout(path: Path) -> None:
         )
 
 
-def read_again(path: Path) -> frozenset[tuple[str, ...]]:
+def read_again(path: Path) -> frozenset[tuple[str | int, ...]]:
     """Return the keys of the mutants that no test noticed in a file of an earlier run."""
     try:
         mutants = [Mutant(**each) for each in json.loads(path.read_text(encoding="utf-8"))["mutants"]]
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise InputError(f"--again {path}: expected a file that --json wrote: {error}") from None
-    return frozenset(mutant.key for mutant in mutants if mutant.status in ("survived", "not reached"))
+    return frozenset(mutant.key for mutant in mutants if mutant.is_undetected)
 
 
 @contextmanager
@@ -125,4 +125,4 @@ def _folder(work: Path | None) -> Iterator[Path]:
 
 def undetected(mutants: Sequence[Mutant]) -> list[Mutant]:
     """Return the mutants that no test noticed and that are not known to be equal."""
-    return [mutant for mutant in mutants if mutant.status in ("survived", "not reached")]
+    return [mutant for mutant in mutants if mutant.is_undetected]

@@ -40,8 +40,8 @@ class Worker(Protocol):
     def record(self, numbers: Sequence[int], progress: Callable[[str, float], None]) -> list[Test]:
         """Run all tests without a mutant; return them with the mutants that they reach."""
 
-    def noticed_by(self, mutant: Mutant, groups: Sequence[Sequence[Test]]) -> str:
-        """Run groups of tests with a mutant until one fails; return which, or ""."""
+    def noticed_by(self, number: int, groups: Sequence[Sequence[Test]]) -> str:
+        """Run groups of tests with a mutant until one fails, or without one for 0; return which, or ""."""
 
     def close(self) -> None:
         """End its processes."""
@@ -64,11 +64,23 @@ def try_mutants(
         Those to try.
     seconds : float
         The most time of tests for one mutant, as they take without it. Of the tests that reach it, those of files that
-        noticed others of the same source come first, then those of files that reach little else.
+        noticed others of the same source come first, then those of files that reach little else. A test that fails
+        without a mutant, too, after the same tests, notices nothing from then on.
     """
     free = SimpleQueue[Worker]()
     noticed: dict[str, Counter[str]] = {}
+    is_reliable: dict[str, bool] = {}
     n_done = 0
+
+    def notice(worker: Worker, mutant: Mutant, groups: list[list[Test]]) -> str:
+        while by := worker.noticed_by(mutant.number, groups):
+            name = by.split(", ")[0]
+            if name not in is_reliable:
+                is_reliable[name] = not worker.noticed_by(0, _until(groups, name))
+            if is_reliable[name] or all(test.name != name for group in groups for test in group):
+                return by if is_reliable[name] else ""
+            groups = [[test for test in group if test.name != name] for group in groups]
+        return ""
 
     def attempt(mutant: Mutant) -> None:
         nonlocal n_done
@@ -77,7 +89,7 @@ def try_mutants(
         groups = _choose(reaching, history, shares[mutant.file], seconds)
         worker = free.get()
         try:
-            mutant.by = worker.noticed_by(mutant, groups)
+            mutant.by = notice(worker, mutant, groups)
         finally:
             free.put(worker)
         history[mutant.by.split("::")[0]] += 1
@@ -105,6 +117,17 @@ def with_fixtures(tests: Sequence[Test]) -> list[Test]:
     for test in tests:
         first.setdefault(test.module, test)
     return [replace(test, reached=test.reached | first[test.module].reached) for test in tests]
+
+
+def _until(groups: Sequence[Sequence[Test]], name: str) -> list[list[Test]]:
+    """Return groups of tests up to the named one; all of them if none has this name."""
+    until: list[list[Test]] = []
+    for group in groups:
+        names = [test.name for test in group]
+        until.append(list(group[: names.index(name) + 1] if name in names else group))
+        if name in names:
+            break
+    return until
 
 
 def _shares(tests: Sequence[Test], mutants: Sequence[Mutant]) -> dict[str, dict[str, float]]:

@@ -248,15 +248,15 @@ def run_trial(fault: Fault, plan: Plan, progress: Progress, tell: Callable[[str]
     summary, start, share = Summary(plan, most_shrunk=1), time.monotonic(), 0.0
     with fault.planted():
         for number in count():
-            if is_decisions(number, plan.choice) != fault.is_of_both:
-                continue
-            run_case(summary, number, tell)
+            if is_decisions(number, plan.choice) == fault.is_of_both:
+                run_case(summary, number, tell)
+                progress(f"planted: {fault.name}", min(share, 1.0))
             share = (time.monotonic() - start) / (60 * plan.minutes)
             if not summary.is_clean or share > 1:
                 break
-            progress(f"planted: {fault.name}", share)
     found = summary.found[0] if summary.found else None
     seconds = (found.at if found else time.monotonic()) - start
-    values = summary.tally.values.examples
-    size = found.size if found else "" if summary.is_clean else (values or summary.tally.examples)[0]
-    return Trial(fault.name, fault.where, not summary.is_clean, seconds, summary.n_cases, found, size)
+    shown_by = "" if found is None else found.size
+    if found is None and not summary.is_clean:
+        shown_by = (summary.tally.values.examples or summary.tally.examples)[0]
+    return Trial(fault.name, fault.where, not summary.is_clean, seconds, summary.n_cases, found, shown_by)
