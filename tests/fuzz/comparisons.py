@@ -5,6 +5,7 @@ from __future__ import annotations
 import gzip
 import io
 import tempfile
+import warnings
 import zlib
 from collections.abc import Callable
 from dataclasses import replace
@@ -95,7 +96,7 @@ def written(name: str, data: bytes, options: dict[str, Any], lines: Any) -> None
 def by_numpy(name: str, data: bytes, options: dict[str, Any], lines: Any) -> None:
     """Compare an array with what NumPy reads."""
     try:
-        with np.errstate(all="ignore"):
+        with np.errstate(all="ignore"), warnings.catch_warnings(action="ignore"):
             array = np.load(io.BytesIO(data), allow_pickle=False).astype(np.float32)
     except (ValueError, TypeError, SyntaxError, EOFError, OverflowError, MemoryError):
         return

@@ -30,6 +30,7 @@ RULES: dict[str, dict[str, Any]] = {
     "beams": {"values": VALUES, "sigma": [1, 2, 3], "line_sigma": [0.1, 0.2, 0.3], "phase": 0.6},
     "ends": {"inner": False, "sigma": 0.5, "phase": -0.9},
     "grid": {"values": VALUES[:, 0], "optical_depth": np.sort(RNG.random((200, 7)), axis=1), "squares": True},
+    "grids": {"values": VALUES, "optical_depth": np.sort(RNG.random((200, 7, 3)), axis=1)},
 }
 
 
@@ -72,8 +73,10 @@ def contributions(
     absorbed = np.atleast_1d(rule["sigma"]) * depth[:, None]
     if "optical_depth" in rule:
         steps = np.linspace(0, 0.5, rule["optical_depth"].shape[1])
-        tables = rule["optical_depth"][hits.ray]
-        absorbed = np.array([np.interp(at, steps, table) for at, table in zip(t, tables, strict=True)])[:, None]
+        tables = rule["optical_depth"].reshape(200, len(steps), -1)[hits.ray]
+        absorbed = np.array(
+            [[np.interp(at, steps, column) for column in table.T] for at, table in zip(t, tables, strict=True)]
+        )
     absorbed = absorbed + np.atleast_1d(rule["line_sigma"]) * (u * length)[:, None]
     if rule.get("inner", True):
         weight = np.where((t > 0) & (t < 0.5) & (u > 0) & (u < 1), weight, 0)

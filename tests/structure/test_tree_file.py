@@ -130,6 +130,20 @@ def test_odd_paths(tmp_path: Path) -> None:
             fl.load(tmp_path / "bad.flt")
 
 
+def test_checksums_that_are_not_the_last_section(tmp_path: Path) -> None:
+    saved(path := tmp_path / "a.flt")
+    header, body = split(path.read_bytes())
+    entry = header["crc32"]
+    n, end = entry["shape"][0], entry["data_offsets"][1]
+    header["more"] = {"dtype": "U8", "shape": [n + 1, 4], "data_offsets": [end, end + 4 * n + 4]}
+    head = joined(header, b"")
+    sums = head, *(body[slice(*each["data_offsets"])] for name, each in header.items() if name != "__metadata__")
+    right = b"".join(container.checksum(np.frombuffer(part, np.uint8)).to_bytes(4, "little") for part in sums[:-1])
+    path.write_bytes(head + body + right)
+    with pytest.raises(fl.FileFormatError, match="its checksums are not one for the header and each section before"):
+        fl.load(path, verify=True)
+
+
 def test_truncated_or_longer(tmp_path: Path) -> None:
     _, data = saved(tmp_path / "a.flt")
     (tmp_path / "a.flt").write_bytes(data[: len(data) // 2])
