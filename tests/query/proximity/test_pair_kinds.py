@@ -123,6 +123,22 @@ def test_shapes_that_many_leaves_list_are_found_once() -> None:
         assert sum(map(len, tree.iter_pairs(0.1, to=to, max_bytes=68 * 200))) == len(expected)
 
 
+def test_shapes_are_near_something_small_in_any_of_their_leaves() -> None:
+    rng = np.random.default_rng(9)
+    ends = nasty.crossing(rng, 40).astype(np.float32)
+    several = fl.Geometry([fl.Lines.from_segments(ends), fl.Spheres.from_centres(ends[:5, 0], radius=0.1)])
+    tree = fl.build(several, "kd-d2")
+    assert tree.n_refs > 2 * len(several)
+    n_found = 0
+    for at in (ends[:, 0], ends[:, 1], ends.mean(axis=1) + 0.01):
+        for point in at:
+            small = fl.Lines.from_segments([[point, point + 0.01]])
+            expected = fl.brute_force_pairs(several, 0.05, small)
+            assert_same(tree.pairs(0.05, fl.build(small)), expected)
+            n_found += len(expected)
+    assert n_found > 120
+
+
 def test_what_has_no_axis_is_refused() -> None:
     triangle, line = fl.Triangles([[[0, 0, 0], [1, 0, 0], [0, 1, 0]]]), fl.Lines.from_segments([[[0, 0, 1], [1, 0, 1]]])
     for geometry in (triangle, fl.Geometry([line, triangle])):

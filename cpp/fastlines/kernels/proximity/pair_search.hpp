@@ -5,8 +5,8 @@
 // of them for the exact test, which reads the primitives themselves. A pair is reported by the pieces that own its
 // places, so once. In a self-join, each pair of leaves is visited once.
 //
-// Leaves of shapes list whole ones, and several leaves may list the same. Then a shape searches from the first leaf
-// that lists it, and notes which others it has met.
+// Leaves of shapes list whole ones, and several leaves may list the same. Of those that come near the second tree, a
+// shape searches from the first one, and notes which others it has met.
 //
 // The search computes in the frame of the query. Boxes grow by the rounding of the exact test, by the overhang of both
 // trees, and by a fraction of the radii.
@@ -44,26 +44,26 @@ class PairSearch {
         radius_(query.frame_radius()),
         radius2_(radius_ * radius_),
         to_scene_(1.0f / query.frame.scale) {
-    if (repeats(query.first, first)) {
-      first_leaf_.assign(query.first.n_rows, kNoLeaf);
-      for (std::size_t leaf = first.leaves.size(); leaf-- > 0;)
-        for (std::uint32_t i = 0; i < first.leaves[leaf].n_refs; ++i)
-          first_leaf_[first.refs[first.leaves[leaf].first_ref + i].prim] = std::uint32_t(leaf);
-    }
     second_repeats_ = repeats(query.second, second);
     // What is farther apart than this passes anyway.
     constexpr float most = 1e15f;
     reach_ = std::min(radius_, most) * kGrow + kRounding + first.frame.overhang * change_.scale +
              second.frame.overhang * second_change_.scale;
+    blocks_ = near_blocks();
+    if (repeats(query.first, first)) {
+      first_leaf_.assign(query.first.n_rows, kNoLeaf);
+      for (auto leaf = blocks_.rbegin(); leaf != blocks_.rend(); ++leaf)
+        for (std::uint32_t i = 0; i < first.leaves[*leaf].n_refs; ++i)
+          first_leaf_[first.refs[first.leaves[*leaf].first_ref + i].prim] = *leaf;
+    }
   }
 
   void find(PairList& list, unsigned n_threads, Progress& progress, Stage stage) const {
     constexpr std::size_t chunk_size = 8;  // blocks
-    const std::vector<std::uint32_t> blocks = near_blocks();
     parallel_for_chunks(
-        blocks.size(), chunk_size, n_threads, progress, [&] { return Worker(*this, *list.part(), progress); },
+        blocks_.size(), chunk_size, n_threads, progress, [&] { return Worker(*this, *list.part(), progress); },
         [&](Worker& worker, std::size_t begin, std::size_t end) {
-          for (std::size_t i = begin; i < end; ++i) worker.search(blocks[i]);
+          for (std::size_t i = begin; i < end; ++i) worker.search(blocks_[i]);
           worker.finish();
         },
         stage);
@@ -343,7 +343,8 @@ class PairSearch {
   const PairTree first_, second_;
   FrameChange change_, second_change_;  // of both trees
   float radius_, radius2_, to_scene_, reach_;
-  std::vector<std::uint32_t> first_leaf_;  // of each primitive of the first tree, if its leaves repeat them
+  std::vector<std::uint32_t> blocks_;      // those of the first tree that may have pairs
+  std::vector<std::uint32_t> first_leaf_;  // the first of them with each primitive, if leaves repeat them
   bool second_repeats_;
 };
 
