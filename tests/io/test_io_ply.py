@@ -222,6 +222,18 @@ def test_an_attribute_that_is_not_written_is_told_once(tmp_path):
     assert lost_by(tmp_path / "a.ply", lines) == ["'word' (<U1 of shape (3,))"]
 
 
+def test_names_that_only_look_like_those_of_joined_columns(load):
+    names = ["a_1", "a_1_0", "b_1", "b_0", "b_01", "b_\u00b2", "c_0", "c_1", "c_3"]
+    head = "ply\nformat ascii 1.0\nelement vertex 2\n" + "".join(
+        f"property float {name}\n" for name in [*"xyz", *names]
+    )
+    head += "element edge 1\nproperty int vertex1\nproperty int vertex2\nend_header\n"
+    rows = "\n".join(" ".join(map(str, range(first, first + 12))) for first in (0, 100)) + "\n0 1\n"
+    found = load((head + rows).encode("latin-1"), "a.ply").end_attributes
+    expected = {"a_1": 3, "a_1_0": 4, "b": [6, 5], "b_01": 7, "b_\u00b2": 8, "c": [9, 10], "c_3": 11}
+    assert {name: values[0, 0].tolist() for name, values in found.items()} == expected
+
+
 @pytest.mark.filterwarnings("ignore::fastlines.FileWarning", "ignore::fastlines.PrecisionWarning")
 def test_damage_raises_nothing_else(load):
     assert 20 < mutate(load, ply(""), "a.ply") < 290

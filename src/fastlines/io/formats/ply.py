@@ -143,16 +143,21 @@ def _runs(ends: IntArray) -> IntArray:
 def _grouped(columns: Columns, used: tuple[str, ...]) -> Columns:
     """Return the columns that are not used otherwise; those named name_0, name_1, … as one of several columns."""
     left = {name: values for name, values in columns.items() if name not in used}
-    grouped: Columns = {}
+    parts: dict[str, list[str]] = {}
     for name, values in left.items():
         stem, _, number = name.rpartition("_")
-        parts = [values]
         if number == "0" and stem and stem not in columns:
-            while (more := left.get(f"{stem}_{len(parts)}")) is not None and more.dtype == values.dtype:
-                parts.append(more)
-        if len(parts) > 1:
-            grouped[stem] = np.stack(parts, axis=1)
-        elif not (number.isdigit() and stem in grouped and int(number) < grouped[stem].shape[1]):
+            names = [name]
+            while (more := left.get(f"{stem}_{len(names)}")) is not None and more.dtype == values.dtype:
+                names.append(f"{stem}_{len(names)}")
+            if len(names) > 1:
+                parts[name] = names
+    joined = {name for names in parts.values() for name in names}
+    grouped: Columns = {}
+    for name, values in left.items():
+        if name in parts:
+            grouped[name.removesuffix("_0")] = np.stack([left[part] for part in parts[name]], axis=1)
+        elif name not in joined:
             grouped[name] = values
     return grouped
 
