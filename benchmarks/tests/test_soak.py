@@ -250,6 +250,8 @@ def test_wrong_decisions_are_noticed(monkeypatch):
         (["--case", 3, "--cases", 2], "--case runs one case"),
         (["--json", "soak.txt"], ".json"),
         (["--only", "boxes,pairs"], "boxes have no pairs"),
+        (["--planted", "--write", "found"], "--planted prints a table of the faults; leave out --write"),
+        (["--minutes", "1e400"], "--minutes is inf; expected a number"),
     ],
 )
 def test_refused(arguments, said):

@@ -23,6 +23,7 @@ ODD: list[tuple[str, bytes, str]] = [
     ("a.trk", trk(tail=b"\0\0"), "2 bytes after the last of its 4 streamlines are not read"),
     ("a.trk", trk(tail=b"\xfe\xff\xff\xff"), "4 bytes after the last of its 4 streamlines"),
     ("a.trk", trk(version=3), "has version 3 of the format; it is read as version 2"),
+    ("a.trk", trk(to_ras=np.eye(4) + np.outer([0, 0, 0, 1], [9, 9, 9, 0])), r"last row is \[9. 9. 9. 1.\]; expected"),
     ("a.trk", trk(version=0), "has version 0 of the format; it is read as version 2"),
     ("a.tck", tck(head=f"count: 9\n{NAMED}count: 4\n"), "counts 9 and 4 streamlines; the 4 that it holds are read"),
     ("a.tck", tck(head=f"count: 9\n{NAMED}"), "counts 9 streamlines; the 4"),
@@ -224,3 +225,20 @@ def test_a_disk_that_cannot_be_read_is_named(tmp_path, monkeypatch, extension):
     monkeypatch.setattr("fastlines.support.container.np.memmap", cannot_map)
     with pytest.raises(OSError, match=r"^\[Errno 5\] Input/output error: '.*a\..*'$"):
         (fl.load if extension == ".flt" else fl.read)(path)
+
+
+def test_voxels_that_mirror_or_shift_points_are_told(load):
+    """Their size and their number are above 0; points are where the header says."""
+    with pytest.warns(fl.FileWarning, match=r"voxels of the size \[-1.  1.  1.\].*; expected numbers above 0"):
+        mirrored = load(trk(voxel_size=(-1, 1, 1)), "a.trk")
+    np.testing.assert_array_equal(mirrored.segments[..., 0], -1 - POINTS[[FIRST, LAST], 0].T)
+    data = bytearray(trk(order=b"LPS"))
+    data[6:12] = np.array([0, -3, 0], "<i2").tobytes()
+    with pytest.warns(fl.FileWarning, match=r"the dimensions \[ 0 -3  0\]"):
+        load(bytes(data), "a.trk")
+
+
+@pytest.mark.parametrize("name", ["a.trk", "a.swc", "a.geojson", "a.npy"])
+def test_a_packed_file_without_its_extension(load, name):
+    with pytest.raises(fl.FileFormatError, match=f"{name}: is packed by gzip; add .gz to its name, or unpack it$"):
+        load(gzip.compress(b"0 1 2"), name)

@@ -35,6 +35,8 @@ from .source import BAD_COPY, Source, reason
 
 #: So many of the first bytes of a file tell its format, if its extension does not.
 N_START = 64
+#: The first bytes of a file that gzip has packed.
+GZIP = b"\x1f\x8b\x08"
 #: What Python and its parsers raise for values that no reader expects. Errors of the disk and of programs are not.
 _DAMAGE = (ArithmeticError, EOFError, LookupError, RecursionError, ValueError, BadZipFile, struct.error, zlib.error)
 
@@ -241,10 +243,18 @@ def open_source(path: Path, row: Format, progress: ProgressCallback | None = Non
         yield Source(b"", str(path), path, progress)
         return
     with path.open("rb") as file:
-        with naming(path):
-            source = _open(file, path, progress)
-            opened = source.as_utf8() if row.text else source
-        yield opened
+        try:
+            with naming(path):
+                source = _open(file, path, progress)
+                opened = source.as_utf8() if row.text else source
+            yield opened
+        except FileFormatError:
+            with naming(path):
+                file.seek(0)
+                start = file.read(len(GZIP))
+            if path.suffix.lower() == ".gz" or start != GZIP:
+                raise
+            raise FileFormatError(f"{path}: is packed by gzip; add .gz to its name, or unpack it") from None
 
 
 def _open(file: BinaryIO, path: Path, progress: ProgressCallback | None) -> Source:

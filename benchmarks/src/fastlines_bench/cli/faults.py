@@ -37,14 +37,14 @@ def faults(
 
     [bold]Examples[/]
 
-    [cyan]fastlines-bench faults --json faults.json[/]  a quarter of an hour
+    [cyan]fastlines-bench faults --json faults.json[/]  half an hour
 
     [cyan]fastlines-bench faults --only memory --operation first_hit[/]
     """
     check_files(json_file)
     if not sys.platform.startswith("linux"):
         raise InputError(f"faults are injected by LD_PRELOAD, on Linux; this is {sys.platform}")
-    whats = check_names("--only", "what fails", only, tuple(MODES)) or tuple(MODES)
+    whats = check_names("--only", "thing that fails", only, tuple(MODES)) or tuple(MODES)
     with progress_bar() as progress:
         rows = run_faults(whats, operation, progress)
     if not any(rows.values()):

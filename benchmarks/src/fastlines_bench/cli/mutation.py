@@ -58,7 +58,7 @@ def mutation(
     mutant run. Mutants that do not compile are left out. Those that are known to give the same answers are counted
     apart. The exit code is 1 if a mutant survives.
 
-    It needs Linux, a checkout, and pip install './benchmarks[mutation]'.
+    It needs Linux, a checkout, a C++ compiler, and pip install '.[test]' './benchmarks[mutation]'.
 
     [bold]Examples[/]
 

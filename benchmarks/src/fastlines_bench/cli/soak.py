@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Annotated
 
@@ -72,11 +73,18 @@ def soak(
     check_files(json_file)
     if case is not None and (cases is not None or planted):
         raise InputError("--case runs one case; leave out --cases and --planted")
+    if planted and (write is not None or json_file is not None):
+        raise InputError("--planted prints a table of the faults; leave out --write and --json")
+    if not math.isfinite(minutes):
+        raise InputError(f"--minutes is {minutes}; expected a number of minutes")
     choice = Choice.of(check_names("--only", "kind of geometry or a query", only, (*KINDS, *QUERIES)))
     plan = Plan(minutes, seed, cases, case, choice, write)
     if planted:
         with progress_bar() as progress:
-            trials = [run_trial(fault, plan, progress, _tell) for fault in FAULTS]
+            trials = []
+            for fault in FAULTS:
+                _tell(f"planted: {fault.name}")
+                trials.append(run_trial(fault, plan, progress, _tell))
         print_trials(trials)
         found = all(trial.is_found for trial in trials)
         raise typer.Exit(0 if found else 1)

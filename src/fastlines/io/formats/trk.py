@@ -262,6 +262,12 @@ def _grid(source: Source, header: dict[str, Any]) -> VoxelGrid:
         raise source.error(
             f"its voxels have the size {header['voxel_size']}, which its transform cannot use; fix the header"
         )
+    if (sizes < 0).any() or (n_voxels < 0).any() or to_ras[3].tolist() != [0, 0, 0, 1]:
+        source.warn(
+            f"its header has voxels of the size {header['voxel_size']}, the dimensions {header['dimensions']} and a "
+            f"transform whose last row is {header['vox_to_ras'][3]}; expected numbers above 0, and (0, 0, 0, 1): check "
+            "that its points are where they should be"
+        )
     if not np.isfinite(to_ras).all() or np.linalg.matrix_rank(to_ras[:3, :3]) < 3:
         raise source.error("its transform (vox_to_ras) cannot be inverted or is not finite; fix the header")
     return VoxelGrid(n_voxels, sizes, order, to_ras)
