@@ -120,6 +120,7 @@ void check_files() {
   // Whatever byte is damaged, the file is refused.
   std::ifstream in(path, std::ios::binary);
   const std::string bytes((std::istreambuf_iterator<char>(in)), {});
+  in.close();
   for (std::size_t at = 0; at < bytes.size(); at += 97) {
     std::string damaged = bytes;
     damaged[at] = char(damaged[at] ^ 4);

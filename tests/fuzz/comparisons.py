@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from claims import check_same, made_or_refused, require, same_bits, with_warnings
+from claims import check_same, made_or_refused, require, same_bits, same_numbers, with_warnings
 from support import line_chunks
 
 import fastlines as fl
@@ -88,9 +88,9 @@ def written(name: str, data: bytes, options: dict[str, Any], lines: Any) -> None
             require(near, "points are moved by writing")
             continue
         if not lost:
-            check_same(given, back, "written and read")
+            check_same(given, back, "written and read", same_numbers)
         elif "order of segments" not in lost and given.offset == back.offset:
-            require(same_bits(getattr(given, column), getattr(back, column)), "points are changed by writing")
+            require(same_numbers(getattr(given, column), getattr(back, column)), "points are changed by writing")
 
 
 def by_numpy(name: str, data: bytes, options: dict[str, Any], lines: Any) -> None:

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <utility>
 
 #include "register_bytes.hpp"
@@ -123,9 +124,25 @@ Lanes<To> bit_cast(const Lanes<From>& x) {
 inline FloatLanes to_float(const IntLanes& x) {
   return FloatLanes::of([&](int k) { return __builtin_convertvector(x.part[k], FloatLanes::Register); });
 }
-/// Truncated.
+/// Truncated. Of NaN, and of what does not fit, any number: the conversion of C++ would make all that follows
+/// undefined.
 inline IntLanes to_int(const FloatLanes& x) {
-  return IntLanes::of([&](int k) { return __builtin_convertvector(x.part[k], IntLanes::Register); });
+  return IntLanes::of([&](int k) {
+#if defined(__AVX512F__) && !defined(FASTLINES_PORTABLE)
+    return IntLanes::Register(_mm512_cvttps_epi32(x.part[k]));
+#elif defined(__AVX2__) && !defined(FASTLINES_PORTABLE)
+    return IntLanes::Register(_mm256_cvttps_epi32(x.part[k]));
+#elif defined(__SSE2__) && !defined(FASTLINES_PORTABLE)
+    return IntLanes::Register(_mm_cvttps_epi32(x.part[k]));
+#else
+    IntLanes::Register whole = {};
+    for (int i = 0; i < IntLanes::kPerRegister; ++i) {
+      const float number = x.part[k][i];
+      whole[i] = std::fabs(number) < 0x1p31f ? std::int32_t(number) : std::numeric_limits<std::int32_t>::min();
+    }
+    return whole;
+#endif
+  });
 }
 
 inline FloatLanes abs(const FloatLanes& x) { return bit_cast<float>(bit_cast<std::int32_t>(x) & 0x7fff'ffff); }
