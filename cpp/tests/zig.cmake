@@ -8,6 +8,7 @@ if(CMAKE_MATCH_2 STREQUAL "windows")
   set(CMAKE_CROSSCOMPILING_EMULATOR wine)
 elseif(CMAKE_MATCH_2 STREQUAL "macos")
   set(CMAKE_SYSTEM_NAME Darwin)
+  set(CMAKE_INSTALL_NAME_TOOL true)  # nothing is installed
 else()
   set(CMAKE_SYSTEM_NAME Linux)
 endif()
