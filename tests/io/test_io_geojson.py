@@ -216,7 +216,12 @@ def test_what_has_no_place_is_told(tmp_path):
         lines.segments,
         lines.strands,
         lines.radius,
-        attributes={"far": np.array([np.inf, np.inf]), "each": np.array([1, 2]), "name": np.array(["a", "a"])},
+        attributes={
+            "far": np.array([np.inf, np.inf]),
+            "each": np.array([1, 2]),
+            "name": np.array(["a", "a"]),
+            "none": np.array([np.nan, np.nan]),
+        },
         end_attributes=lines.end_attributes,
         unit="mm",
     )
@@ -224,9 +229,9 @@ def test_what_has_no_place_is_told(tmp_path):
         write(tmp_path / "a.geojson", lines)
     text = str(told[0].message)
     for part in ("'heat' of each point", "'rgb' of each point", "'each', which differs", "the unit 'mm'",
-                 "infinite values of 'far'", "radius='radius'"):  # fmt: skip
+                 "infinite values of 'far'", "'none', which is NaN everywhere", "radius='radius'"):  # fmt: skip
         assert part in text, text
-    with pytest.warns(FileWarning, match="neither numbers nor texts are not kept: 'far'"):
+    with pytest.warns(FileWarning, match="neither numbers nor texts are not kept: 'far', 'none'"):
         again = read(tmp_path / "a.geojson", radius="radius")
     assert (again.radius.tolist(), again.attributes["name"].tolist()) == ([0.5, 0.5], ["a", "a"])
     with pytest.warns(FileWarning, match="the radius, which differs along the lines"):

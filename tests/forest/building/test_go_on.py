@@ -117,7 +117,8 @@ def test_a_power_failure_at_each_file(tmp_path: Path, monkeypatch: pytest.Monkey
             def sync(descriptor: int, fsync: Any = fsync, synced: Any = synced, named: Any = named) -> None:
                 synced.add(os.fstat(descriptor).st_ino)
                 if stat.S_ISDIR(os.fstat(descriptor).st_mode):
-                    named.update(entry.stat().st_ino for entry in os.scandir(descriptor))
+                    with os.scandir(descriptor) as entries:
+                        named.update(entry.inode() for entry in entries)
                 fsync(descriptor)
 
             patch.setattr(os, "fsync", sync)

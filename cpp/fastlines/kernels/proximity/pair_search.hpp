@@ -45,8 +45,7 @@ class PairSearch {
         radius2_(radius_ * radius_),
         to_scene_(1.0f / query.frame.scale) {
     second_repeats_ = repeats(query.second, second);
-    // What is farther apart than this passes anyway.
-    constexpr float most = 1e15f;
+    constexpr float most = 1e15f;  // what is farther apart passes anyway
     reach_ = std::min(radius_, most) * kGrow + kRounding + first.frame.overhang * change_.scale +
              second.frame.overhang * second_change_.scale;
     blocks_ = near_blocks();
@@ -343,7 +342,7 @@ class PairSearch {
   const PairTree first_, second_;
   FrameChange change_, second_change_;  // of both trees
   float radius_, radius2_, to_scene_, reach_;
-  std::vector<std::uint32_t> blocks_;      // those of the first tree that may have pairs
+  std::vector<std::uint32_t> blocks_;      // of the first tree, near the second one
   std::vector<std::uint32_t> first_leaf_;  // the first of them with each primitive, if leaves repeat them
   bool second_repeats_;
 };

@@ -288,6 +288,8 @@ def _columns(joined: Polylines) -> tuple[dict[str, list[str]], list[str]]:
             columns[free_name(name, printable(name), taken, lost)] = _texts(values)
             if values.dtype.kind == "f" and np.isinf(values).any():
                 lost.append(f"infinite values of {name!r}")
+            if values.dtype.kind == "f" and len(values) and np.isnan(values).all():
+                lost.append(f"{name!r}, which is NaN everywhere")
         else:
             lost.append(f"{name!r} ({values.dtype}, {values.ndim}-d)")
     if joined.radius is not None:
