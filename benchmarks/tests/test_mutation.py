@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 from command_line import refused
 
+from fastlines_bench.mutation import trial
 from fastlines_bench.mutation.cpp_build import HEADER
 from fastlines_bench.mutation.cpp_mutants import find_mutants, mutants_of, mutated
 from fastlines_bench.mutation.equal import mark_equal, reasons
@@ -136,6 +137,26 @@ def test_the_score_counts_equal_mutants_apart():
     assert [mutant.status for mutant in statuses] == ["equal", "killed", "survived"]
     assert statuses[0].by == reason
     assert score(statuses) == pytest.approx(1 / 2)
+
+
+@pytest.mark.parametrize(("failing", "status"), [({1}, "killed"), (set(), "survived")])
+def test_a_test_that_fails_without_a_mutant_notices_none(failing, status):
+    class Worker:
+        def record(self, numbers, progress):
+            return [trial.Test(f"test_a.py::test_{name}", 0.1, frozenset({1})) for name in ("flaky", "b")]
+
+        def noticed_by(self, number, groups):
+            names = [test.name for group in groups for test in group]
+            failed = [name for name in names if name.endswith("flaky") or number in failing]
+            return f"{failed[0]}, call" if failed else ""
+
+        def close(self):
+            pass
+
+    mutants = [Mutant(1, "a.hpp", 1, "", "", "")]
+    trial.try_mutants([Worker()], mutants, 10.0, lambda *_: None, lambda _: None)
+    assert mutants[0].status == status
+    assert mutants[0].by == ("test_a.py::test_b, call" if failing else "")
 
 
 def test_each_equal_mutant_is_one_that_is_made():
