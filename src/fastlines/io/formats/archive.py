@@ -130,6 +130,10 @@ def _unpacked(source: Source, archive: zipfile.ZipFile, member: zipfile.ZipInfo)
 
 
 def _pieces(archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> Iterator[bytes]:
+    n_bytes = 0
     with archive.open(member) as file:
         while piece := file.read(sources.PIECE):
+            n_bytes += len(piece)
             yield piece
+    if n_bytes < member.file_size:
+        raise zipfile.BadZipFile(f"{member.filename!r} has {n_bytes} bytes of {member.file_size}")
