@@ -87,15 +87,6 @@ def check_usable(geometry: Any, *, may_skip: bool) -> None:
         require(len(part.points) == offsets[-1], "the polylines' offsets do not end at their points")
 
 
-def check_same(one: Any, other: Any, what: str, same: Callable[[Any, Any], bool] | None = None) -> None:
-    """Check that lines or curves are the same, bit for bit, or by another comparison of arrays."""
-    (arrays, facts, _), (others, other_facts, _) = to_sections(one), to_sections(other)
-    require(set(arrays) == set(others), f"{what}: the columns are {list(others)}; expected {list(arrays)}")
-    for name, array in arrays.items():
-        require((same or same_bits)(array, others[name]), f"{what}: {name} differ")
-    require(repr(facts) == repr(other_facts), f"{what}: {other_facts}; expected {facts}")
-
-
 def same_bits(one: Any, other: Any) -> bool:
     """Return whether arrays have one type, one shape and the same bytes, or whether there are none."""
     if one is None or other is None:
@@ -106,6 +97,15 @@ def same_bits(one: Any, other: Any) -> bool:
 def same_numbers(one: Any, other: Any) -> bool:
     """Return whether arrays have the same bits, but for the signs of zeros: 0 and -0 are one point where they meet."""
     return same_bits(*(array + array.dtype.type(0) if array.dtype.kind == "f" else array for array in (one, other)))
+
+
+def check_same(one: Any, other: Any, what: str, same: Callable[[Any, Any], bool] = same_bits) -> None:
+    """Check that lines or curves are the same, bit for bit, or by another comparison of arrays."""
+    (arrays, facts, _), (others, other_facts, _) = to_sections(one), to_sections(other)
+    require(set(arrays) == set(others), f"{what}: the columns are {list(others)}; expected {list(arrays)}")
+    for name, array in arrays.items():
+        require(same(array, others[name]), f"{what}: {name} differ")
+    require(repr(facts) == repr(other_facts), f"{what}: {other_facts}; expected {facts}")
 
 
 def with_warnings(make: Callable[[], T]) -> tuple[T, list[str]]:

@@ -12,7 +12,8 @@ from ..support.named_errors import named
 from . import source
 from .source import BAD_COPY, Source, reason
 
-_MAGIC = b"\x1f\x8b"
+#: The first bytes of a file that gzip has packed.
+MAGIC = b"\x1f\x8b"
 #: How many of the last bytes are kept.
 _N_END = 64
 
@@ -81,7 +82,7 @@ class PackedSource(Source):
     def _pieces(self) -> Iterator[bytes]:
         """Yield all bytes."""
         self._packed.seek(0)
-        if self._packed.read(len(_MAGIC)) != _MAGIC:
+        if self._packed.read(len(MAGIC)) != MAGIC:
             raise self.error("is not packed by gzip although its name ends with .gz; rename it, or get a fresh copy")
         self._packed.seek(0)
         n_bytes, waiting = 0, bytearray()

@@ -30,13 +30,11 @@ from ..support.texts import in_one_line
 from ..support.warn_caller import warn_caller
 from . import table
 from .format import AnyLines, Format
-from .packed_source import PackedSource
+from .packed_source import MAGIC, PackedSource
 from .source import BAD_COPY, Source, reason
 
 #: So many of the first bytes of a file tell its format, if its extension does not.
 N_START = 64
-#: The first bytes of a file that gzip has packed.
-GZIP = b"\x1f\x8b\x08"
 #: What Python and its parsers raise for values that no reader expects. Errors of the disk and of programs are not.
 _DAMAGE = (ArithmeticError, EOFError, LookupError, RecursionError, ValueError, BadZipFile, struct.error, zlib.error)
 
@@ -251,8 +249,8 @@ def open_source(path: Path, row: Format, progress: ProgressCallback | None = Non
         except FileFormatError:
             with naming(path):
                 file.seek(0)
-                start = file.read(len(GZIP))
-            if path.suffix.lower() == ".gz" or start != GZIP:
+                start = file.read(len(MAGIC))
+            if path.suffix.lower() == ".gz" or start != MAGIC:
                 raise
             raise FileFormatError(f"{path}: is packed by gzip; add .gz to its name, or unpack it") from None
 

@@ -1,4 +1,4 @@
-"""A process of pytest that has collected the tests, and runs those that are asked for."""
+"""A pytest process that has collected the tests and runs the requested ones."""
 
 from __future__ import annotations
 
