@@ -95,8 +95,12 @@ def same_bits(one: Any, other: Any) -> bool:
 
 
 def same_numbers(one: Any, other: Any) -> bool:
-    """Return whether arrays have the same bits, but for the signs of zeros: 0 and -0 are one point where they meet."""
-    return same_bits(*(array + array.dtype.type(0) if array.dtype.kind == "f" else array for array in (one, other)))
+    """Return whether arrays have the same bits, but for signs of zeros and NaN that signal.
+
+    Zero and -0 are one point where they meet, and what is added to a NaN that signals makes it a quiet one.
+    """
+    with np.errstate(invalid="ignore"):
+        return same_bits(*(array + array.dtype.type(0) if array.dtype.kind == "f" else array for array in (one, other)))
 
 
 def check_same(one: Any, other: Any, what: str, same: Callable[[Any, Any], bool] = same_bits) -> None:
