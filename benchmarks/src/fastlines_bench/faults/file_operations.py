@@ -32,7 +32,7 @@ class CommandError(Exception):
         self.is_sentence = code in (1, 2) and text.startswith("error: ") and text.count("\n") == 1
 
 
-def is_sentence(error: BaseException, path: Path) -> bool:
+def names_file(error: BaseException, path: Path) -> bool:
     """Return whether an error is one line that names a file."""
     if isinstance(error, CommandError):
         return error.is_sentence and str(path) in str(error)

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from .file_operations import FileOperation, FileOperations, is_sentence
+from .file_operations import FileOperation, FileOperations, names_file
 from .library import ALL, CHANGES, FailingFiles
 from .turns import fail_in_turn
 
@@ -60,7 +60,7 @@ class FileTrial:
 
     def _check(self, error: BaseException | None) -> list[str]:
         wrong = [f"a traceback is printed: {each}" for each in self.unraised]
-        if error is not None and not is_sentence(error, self.path):
+        if error is not None and not names_file(error, self.path):
             wrong.append(f"no sentence: {type(error).__name__}: {str(error)!r}")
         if self.operation.goes_on:
             return wrong if error is not None else [*wrong, *self._check_content([1])]

@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from .file_operations import is_sentence
+from .file_operations import names_file
 from .library import READS, FailingFiles
 from .read_operations import ReadOperation, ReadOperations
 from .turns import fail_in_turn
@@ -40,7 +40,7 @@ class ReadTrial:
         wrong = []
         if error is None and answer != self.expected:
             wrong.append("another answer without an error")
-        if error is not None and not is_sentence(error, self.operation.path):
+        if error is not None and not names_file(error, self.operation.path):
             wrong.append(f"no sentence: {type(error).__name__}: {str(error)!r}")
         del error, answer
         if self._names() != self.files:
