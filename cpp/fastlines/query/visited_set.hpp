@@ -9,7 +9,8 @@
 namespace fastlines {
 
 /// Open addressing with linear probing. A slot is empty unless it has the current epoch. Keys are unsigned integers.
-template <class Key>
+/// Once an epoch has all values of its type, the slots are cleared.
+template <class Key, class Epoch = std::uint32_t>
 class VisitedSetOf {
  public:
   void clear() {
@@ -42,7 +43,7 @@ class VisitedSetOf {
  private:
   struct Slot {
     Key key = 0;
-    std::uint32_t epoch = 0;
+    Epoch epoch = 0;
   };
 
   [[gnu::always_inline]] static std::size_t hash(Key key) {
@@ -62,7 +63,7 @@ class VisitedSetOf {
 
   std::vector<Slot> slots_;
   std::size_t size_ = 0;
-  std::uint32_t epoch_ = 1;
+  Epoch epoch_ = 1;
 };
 using VisitedSet = VisitedSetOf<std::uint32_t>;
 
