@@ -42,9 +42,16 @@ inline unsigned char* switches = none;
   return switches[number] != 0 && reach(number);
 }
 
+/// A value that the compiler does not know. It takes an index past an array for impossible, and would leave it out.
+template <class T>
+[[gnu::always_inline]] inline T hidden(T value) {
+  const volatile T kept = value;
+  return kept;
+}
+
 template <class T>
 [[gnu::always_inline]] constexpr T constant(int number, T replacement, T original) {
-  return on(number) ? replacement : original;
+  return on(number) ? hidden(replacement) : original;
 }
 
 /// Operators that become one of two others.
