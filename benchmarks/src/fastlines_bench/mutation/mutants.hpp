@@ -42,11 +42,16 @@ inline unsigned char* switches = none;
   return switches[number] != 0 && reach(number);
 }
 
-/// A value that the compiler does not know. It takes an index past an array for impossible, and would leave it out.
+/// A value that the compiler does not know. It may take an index or an address past an array for impossible, and would
+/// leave out the mutant.
 template <class T>
 [[gnu::always_inline]] inline T hidden(T value) {
-  const volatile T kept = value;
-  return kept;
+  if constexpr (std::is_scalar_v<T>) {
+    const volatile T kept = value;
+    return kept;
+  } else {
+    return value;
+  }
 }
 
 template <class T>
@@ -70,8 +75,8 @@ template <class T>
   }                                                                                  \
   template <class L, class R>                                                        \
   [[gnu::always_inline]] constexpr auto operator op(Name##After<L> after, R right) { \
-    if (on(after.a)) return after.left first right;                                  \
-    if (on(after.b)) return after.left second right;                                 \
+    if (on(after.a)) return hidden(after.left first right);                          \
+    if (on(after.b)) return hidden(after.left second right);                         \
     return after.left op right;                                                      \
   }
 
@@ -105,7 +110,7 @@ MUTANTS_OPERATOR(Or, |, &, &)
   }                                                                                  \
   template <class L, class R>                                                        \
   [[gnu::always_inline]] constexpr L& operator op(L& left, Name##Before<R> before) { \
-    if (on(before.number)) return left other before.right;                           \
+    if (on(before.number)) return left = hidden(L(left other before.right));         \
     return left op before.right;                                                     \
   }
 
