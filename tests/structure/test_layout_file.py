@@ -65,6 +65,17 @@ def test_round_trip(tmp_path: Path, kind: str, method: str, monkeypatch: pytest.
     assert (tmp_path / "b.flt").read_bytes() == (tmp_path / "a.flt").read_bytes()
 
 
+def test_of_many_nodes(tmp_path: Path) -> None:
+    rng = np.random.default_rng(1)
+    starts = rng.random((5000, 1, 3))
+    ends = starts + rng.normal(0, 0.02, (5000, 1, 3))
+    tree = fl.build(fl.Lines.from_segments(np.concatenate([starts, ends], axis=1)))
+    tree.save(tmp_path / "a.flt", layout=True)
+    back = fl.load(tmp_path / "a.flt")
+    assert back.layout.nodes.view(NODE)["n_inner"].max() > 2
+    assert hits_of(back) == hits_of(tree)
+
+
 def test_files_without_a_layout_have_no_trace_of_it(tmp_path: Path) -> None:
     tree = fl.build(SEGMENTS)
     tree.save(tmp_path / "a.flt", layout=True)
