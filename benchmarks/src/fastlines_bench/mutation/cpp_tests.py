@@ -15,8 +15,15 @@ from .cpp_build import Build
 from .switches import VARIABLE, Switches
 from .trial import FACTOR, SECONDS_MORE, Test
 
-#: Tests in Python that query trees, and check and change them.
-FOLDERS = ("tests/query", "tests/kernels", "tests/structure", "tests/build", "tests/test_refit.py")
+#: Tests in Python that query trees, check and change them, and refuse bad input.
+FOLDERS = (
+    "tests/query",
+    "tests/kernels",
+    "tests/structure",
+    "tests/build",
+    "tests/test_refit.py",
+    "tests/test_input.py",
+)
 
 
 class Programs:
