@@ -22,7 +22,9 @@ bool holds(const Box& box, const Vec3& point, float slack = 0.0f) {
   return true;
 }
 
-bool holds(const Box& outer, const Box& inner) { return holds(outer, inner.lo) && holds(outer, inner.hi); }
+bool holds(const Box& outer, const Box& inner, float slack = 0.0f) {
+  return holds(outer, inner.lo, slack) && holds(outer, inner.hi, slack);
+}
 
 /// A segment of any direction. Some are perpendicular to an axis; every fourth lies on a lattice, where planes pass
 /// through ends.
@@ -104,6 +106,7 @@ void check_segment(Random& random, int round) {
   box.grow(random.in_cube());
   const Box clipped = prims.clipped_bounds(0, box);
   check(clipped.is_empty() || holds(box, clipped), "what is clipped lies in the box");
+  check(clipped.is_empty() || holds(whole.box, clipped, 1e-6f), "and in that of the whole");
   for (int i = 0; i <= 64; ++i) {
     const Vec3 point = segment.point(float(i) / 64);
     if (holds(box, point)) check(!clipped.is_empty() && holds(clipped, point, 1e-6f), "it holds what lies in the box");
