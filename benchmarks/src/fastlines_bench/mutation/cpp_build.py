@@ -19,7 +19,17 @@ from fastlines import InputError
 from .cpp_mutants import CORE, Found, mutated
 
 #: The C++ tests that run beside those in Python: those of parts that Python does not call by themselves.
-PROGRAMS = ("collapse_plan", "cut", "leaf_cull", "point_cull", "ray_bundle", "round_cones", "scene_cull", "visited_set")
+PROGRAMS = (
+    "collapse_plan",
+    "cut",
+    "leaf_cull",
+    "point_cull",
+    "ray_bundle",
+    "retraced_lines",
+    "round_cones",
+    "scene_cull",
+    "visited_set",
+)
 HEADER = Path(__file__).with_name("mutants.hpp")
 _COPIED = ("cpp", "src", "examples", "CMakeLists.txt", "pyproject.toml")
 

@@ -105,11 +105,12 @@ def check_checkout(path: Path) -> None:
 
 
 def read_again(path: Path) -> frozenset[tuple[str | int, ...]]:
-    """Return the keys of the mutants that no test noticed in a file of an earlier run."""
+    """Return the keys of the mutants of an earlier run that no test noticed and that are not known to be equal."""
     try:
         mutants = [Mutant(**each) for each in json.loads(path.read_text(encoding="utf-8"))["mutants"]]
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise InputError(f"--again {path}: expected a file that --json wrote: {error}") from None
+    mark_equal(mutants)
     return frozenset(mutant.key for mutant in mutants if mutant.is_undetected)
 
 
