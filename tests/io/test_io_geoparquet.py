@@ -115,6 +115,7 @@ def test_lists_of_coordinates(load, extension, interleaved):
     flat = [points((0, 1, nan, 7), (2, 3, nan, 8)), None, points((5, 5, 5, 1), (6, 6, 6, 2), (7, 7, 7, 3))]
     for column, encoding in (
         (pa.array(flat, pa.list_(point)), "linestring"),
+        (pa.array(flat, pa.large_list(point)), "linestring"),
         (pa.array([[flat[0]], [], [flat[2]]], pa.list_(pa.list_(point))), "multilinestring"),
     ):
         about = {"primary_column": "geometry", "columns": {"geometry": {"encoding": encoding, "crs": None}}}

@@ -159,6 +159,7 @@ def test_curves(load, extension):
     [
         ({"control": CONTROL[:, :3]}, r"'control' has shape \(3, 3, 3\); expected \(3, 4, 3\)"),
         ({"control": CONTROL, "radius": -COEFFICIENTS}, "not negative at both ends of a curve .see rows 0, 1, 2"),
+        ({"control": CONTROL, "radius": COEFFICIENTS * [[1], [-1], [1]]}, "not negative at both .* .see row 1"),
         ({"control": CONTROL, "radius": COEFFICIENTS[:, :3]}, r"'radius' has shape \(3, 3\); expected \(3,\)"),
         ({"control": CONTROL, "counts": np.ones(3, "i8")}, "holds the arrays .*; expected 'segments' or 'control'"),
         (

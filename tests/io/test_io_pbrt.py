@@ -227,6 +227,10 @@ def test_files_that_are_included_too_often(load, tmp_path):
         (b"ObjectEnd", "an object ends that does not begin"),
         (b'ObjectBegin "a" ObjectBegin "b"', "an object begins inside another one"),
         (b'ObjectInstance "a"', "an instance of 'a' is inside an object, or there is no such object before it"),
+        (
+            b'ObjectBegin "a" ' + CURVE + b' ObjectEnd ObjectBegin "b" ObjectInstance "a"',
+            "an instance of 'a' is inside an object",
+        ),
         (b'CoordSysTransform "a"', "there is no coordinate system 'a'"),
         (b"[ 1 2 ]", "is not a directive"),
     ],

@@ -121,6 +121,10 @@ def test_strands_of_a_property_and_names_that_meet(load):
     np.testing.assert_array_equal(load(ply("", header=header), "a.ply").strands, [0, -1, -1, -1])
     lines = load(ply("<", header=PLY_HEADER.replace("short age", "short red")), "a.ply")
     np.testing.assert_array_equal(lines.attributes["red of edge"], [0, -1, -2, -3])
+    others = ply("<", header=PLY_HEADER.replace("short age", "uint64 strand"))[: -4 * struct.calcsize("<2ih")]
+    for most, strands in ((2**62 - 1, [0, 1, 2, 2**62 - 1]), (2**62, [0, 0, 1, 2]), (2**63, [0, 0, 1, 2])):
+        rows = [struct.pack("<2iQ", *edge, strand) for edge, strand in zip(EDGES, [0, 1, 2, most], strict=True)]
+        np.testing.assert_array_equal(load(others + b"".join(rows), "a.ply").strands, strands)
     lines = load(ply("", header=PLY_HEADER.replace("short age", "float strand")), "a.ply")
     np.testing.assert_array_equal(lines.strands, [0, 0, 1, 2])
     np.testing.assert_array_equal(lines.attributes["strand"], [0, -1, -2, -3])

@@ -201,6 +201,7 @@ def test_points_without_lines(load):
         ("a.vtp", xml(form="appended").replace(b'offset="0"', b'offset="99999"'), "at offset '99999', which is not in"),
         ("a.vtp", xml(form="binary", packer=PACKERS[1]).replace(b"ZLib", b"LZ4"), "packed by 'vtkLZ4DataCompressor'"),
         ("a.vtp", xml(form="binary").replace(b"\nHAAAAA==", b"\nHAAAAA!="), "'RADIUS' is not base64"),
+        ("a.vtp", xml(form="binary").replace(b"\nHAAAAA==", b"\nHAAA!!!!AA=="), "'RADIUS' is not base64"),
         ("a.vtp", xml(form="binary").replace(b"\nHAAAAA==", b"\n//8AAA=="), "sizes before its array 'RADIUS' do not"),
         ("a.vtp", xml(form="binary").replace(b"\nHAAAAA==", b"\nHQAAAA=="), "'RADIUS' ends after 28 of 29 bytes"),
         ("a.vtu", b"PK" + bytes(50), "its XML cannot be read"),

@@ -291,9 +291,11 @@ def test_progress_is_reported() -> None:
         ({"blur": "gauss"}, "blur='gauss' is not a choice"),
         ({"radius": 0}, "radius=0 leaves a blur no width"),
         ({"optical_depth": np.ones(5)}, "optical_depth has shape (5,); expected (200, K)"),
+        ({"optical_depth": np.ones((199, 3))}, "optical_depth has shape (199, 3); expected (200, K)"),
         ({"optical_depth": np.ones((200, 1))}, "K ≥ 2"),
         ({"optical_depth": np.full((200, 3), -1)}, "numbers below 0"),
         ({"optical_depth": np.ones((200, 3)), "sigma": 1}, "pass one of them"),
+        ({"optical_depth": np.ones((200, 3, 2)), "sigma": [0, 1]}, "pass one of them"),
         ({"optical_depth": np.ones((200, 3)), "t_max": np.inf}, "pass finite t_min= and t_max="),
     ],
 )

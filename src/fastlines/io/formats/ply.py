@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ...arrays import IntArray
+from ...arrays import STRAND_LIMIT, IntArray
 from ...geometry.lines import Lines
 from ...support.texts import kinds_text
 from ..losses import not_held, strand_numbers
@@ -65,7 +65,7 @@ def read(source: Source, invalid: str) -> Lines:
     radius = source.radius("radii", vertices["radius"])[ends] if "radius" in vertices else None
     at_ends = {name: values[ends] for name, values in _grouped(vertices, _VERTEX_USED).items()}
     strands = edges.get("strand")
-    if strands is None or strands.dtype.kind not in "iu" or (strands > np.iinfo(np.int64).max).any():
+    if strands is None or strands.dtype.kind not in "iu" or (strands >= STRAND_LIMIT).any():
         strands = _runs(ends)
         used = _EDGE
     else:
