@@ -43,6 +43,13 @@ def test_a_frame_may_be_as_large_as_coordinates() -> None:
     assert fl.build(SEGMENTS, frame=[[-1e30] * 3, [1e30] * 3]).n_nodes > 0
 
 
+def test_a_radius_may_be_a_trillion_sizes() -> None:
+    line = [[[0, 0, 0], [1, 0, 0]]]
+    assert fl.build(fl.Lines.from_segments(line, radius=0.999e12)).any_hit([0, 0, 0], [0, 0, 1])
+    with pytest.raises(fl.InputError, match=r"1\.001e\+12, is more than 1e\+12 times the size"):
+        fl.build(fl.Lines.from_segments(line, radius=1.001e12)).any_hit([0, 0, 0], [0, 0, 1])
+
+
 @pytest.mark.parametrize(("kind", "expected"), [(1, False), (2, True)])
 def test_where_an_array_is(kind: int, expected: bool) -> None:
     """DLPack numbers the kinds of devices: 1 is the CPU, and 2 is CUDA."""
