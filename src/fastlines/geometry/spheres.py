@@ -73,8 +73,6 @@ class Spheres(Lines):
         if points.ndim != 2 or points.shape[1] != 3:
             raise InputError(f"centres have shape {points.shape}; expected (n, 3): x y z of each sphere")
         radii = own_float32(radius, "radius")
-        if radii.ndim == 0:
-            radii = own(np.full(len(points), radii))
         ends = own(np.stack([points, points], axis=1))
         made = cls.from_segments(ends, radius=radii, attributes=attributes or {}, invalid=invalid)
         assert isinstance(made, cls)
