@@ -250,7 +250,7 @@ F32 = np.zeros((1, 4, 3), np.float32)
         (lambda: fl.Curves(F32, -np.ones((1, 4), np.float32)), r"radius: 1 of 1 curves \(row 0\) have coefficients"),
         (lambda: fl.Curves(F32 + np.nan), "1 of 1 curves hold NaN"),
         (lambda: fl.Curves(F32, skipped=np.array([1, 0])), "skipped are not rising rows"),
-        (lambda: fl.Curves(F32, skipped=np.array([-1])), "skipped are not rising rows of the 2 that were given"),
+        (lambda: fl.Curves(F32, skipped=np.array([-1, 1])), "skipped are not rising rows of the 3 that were given"),
         (lambda: fl.Curves(F32, skipped=np.array([2])), "skipped are not rising rows"),
         (lambda: fl.Curves(F32, skipped=np.array([0, 0])), "skipped are not rising rows"),
         (lambda: fl.Curves.from_strands(POINTS, [11]), r"1 of 1 counts do not fit basis='bezier'.*is 11.*4, 7, 10, …"),
