@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from support.tree_files import joined, refused, saved, split
 
@@ -50,6 +51,18 @@ def test_files_without_checksums(tmp_path: Path) -> None:
     body = body[: header.pop("crc32")["data_offsets"][0]]
     refused(path, joined(header, body))
     with pytest.raises(fl.FileFormatError, match="has no checksums"):
+        fl.load(path)
+
+
+def test_fewer_checksums_than_sections(tmp_path: Path) -> None:
+    path = tmp_path / "a.flt"
+    header, body = split(saved(path)[1])
+    begin = header["crc32"]["data_offsets"][0]
+    header["crc32"] |= {"shape": [1, 4], "data_offsets": [begin, begin + 4]}
+    before = joined(header, b"")
+    right = container.checksum(np.frombuffer(before, np.uint8)).to_bytes(4, "little")
+    path.write_bytes(before + body[:begin] + right)
+    with pytest.raises(fl.FileFormatError, match="its checksums are not one for the header and each section before"):
         fl.load(path)
 
 
