@@ -29,8 +29,10 @@ sys.path[:0] = [str(HERE), str(HERE.parent)]
 #: What is instrumented.
 CODE = ("fastlines.io", "fastlines.structure", "fastlines.support.container", "fastlines.support.metadata",
         "fastlines.support.text_columns", "fastlines.geometry.line_input")  # fmt: skip
-#: A process may take so many bytes more than it did LIMITED runs before or less; a file is at most so long.
-MORE_BYTES, LIMITED, MAX_LENGTH = 1 << 30, 4096, 4096
+#: A process may take so many bytes more than when the limit was set, which is so many runs ago at most.
+MORE_BYTES, LIMITED = 1 << 30, 4096
+#: A file is at most so long.
+MAX_LENGTH = 4096
 #: One run in so many is compared, and one in so many reads a file stretched to 64 KB.
 COMPARED, STRETCHED = 16, 1024
 LONG = 1 << 16
