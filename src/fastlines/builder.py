@@ -147,7 +147,8 @@ def build(
         raise InputError(f"effort={effort!r} is a knob of method='best'; leave it out, or choose 'best'")
     if isinstance(limits, Limits):
         given["limits"] = limits.over(base.limits)
-        if limits.max_leaf_refs is None and not given["limits"].hold(n_prims):
+        n_first = max(n_prims, first_refs(n_prims, replace(base, presplit=presplit)))
+        if limits.max_leaf_refs is None and not given["limits"].hold(n_first):
             given["limits"] = replace(given["limits"], max_leaf_refs=None)
         leaf = given["limits"].max_leaf_refs
         if lanes is None and leaf is not None and leaf < base.lanes:
@@ -177,6 +178,11 @@ def build(
     if wanted > most:
         raise InputError(
             f"{settings.presplit} makes {wanted} references, but the limits allow {most}; lower refs or raise max_refs"
+        )
+    if not limits.hold(wanted):
+        raise InputError(
+            f"{settings.presplit} makes {wanted} references, but leaves of max_leaf_refs={limits.max_leaf_refs} within "
+            f"max_depth={limits.max_depth} cannot hold them; lower refs, or raise one of the limits"
         )
     box = frame_around(geometry.bounds, frame)
     bounded = replace(base, limits=replace(base.limits, max_refs=limits.max_refs, max_bytes=limits.max_bytes))

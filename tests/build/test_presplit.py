@@ -123,3 +123,13 @@ ONE = [[[0, 0, 0], [1, 1, 1]]]
 def test_wrong_settings(wrong: Any, message: str) -> None:
     with pytest.raises(fl.InputError, match=message):
         wrong()
+
+
+def test_the_leaves_hold_what_a_presplit_makes() -> None:
+    """The default of `max_leaf_refs` gives way, as it does for many primitives; one that was asked for does not."""
+    ends, presplit = np.random.default_rng(1).random((52, 2, 3)), fl.Presplit(refs=2.5)
+    tree = fl.build(ends, presplit=presplit, limits=fl.Limits(max_depth=3))
+    tree.validate()
+    assert (tree.n_refs, tree.stats()["depth"]) == (130, 3)
+    with pytest.raises(fl.InputError, match="makes 130 references, but leaves of max_leaf_refs=16 within max_depth=3"):
+        fl.build(ends, presplit=presplit, limits=fl.Limits(max_depth=3, max_leaf_refs=16))
