@@ -126,10 +126,10 @@ def _serve(viewer: Viewer, about: str, open_page: bool) -> None:
     """Serve until Ctrl-C."""
     with viewer:
         typer.echo(about)
-        typer.echo(f"{viewer.url}   (Ctrl-C ends)")
-        if open_page:
-            webbrowser.open(viewer.url)
         try:
+            typer.echo(f"{viewer.url}   (Ctrl-C ends)")
+            if open_page:
+                webbrowser.open(viewer.url)
             while True:
                 time.sleep(3600)
         except KeyboardInterrupt:
