@@ -29,7 +29,7 @@ sys.path[:0] = [str(HERE), str(HERE.parent)]
 #: What is instrumented.
 CODE = ("fastlines.io", "fastlines.structure", "fastlines.support.container", "fastlines.support.metadata",
         "fastlines.support.text_columns", "fastlines.geometry.line_input")  # fmt: skip
-#: A process may take so many bytes more than when the limit was set, which is so many runs ago at most.
+#: A process may grow by so many bytes within so many runs.
 MORE_BYTES, LIMITED = 1 << 30, 4096
 #: A file is at most so long.
 MAX_LENGTH = 4096

@@ -1,4 +1,4 @@
-"""Arrays whose shapes are not those of lines, meshes and collections are refused."""
+"""Shapes and values of what is given: what is just refused, and what is just taken."""
 
 from __future__ import annotations
 

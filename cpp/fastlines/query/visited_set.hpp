@@ -9,7 +9,7 @@
 namespace fastlines {
 
 /// Open addressing with linear probing. A slot is empty unless it has the current epoch. Keys are unsigned integers.
-/// Once an epoch has all values of its type, the slots are cleared.
+/// When the epochs of this type are used up, all slots are cleared.
 template <class Key, class Epoch = std::uint32_t>
 class VisitedSetOf {
  public:

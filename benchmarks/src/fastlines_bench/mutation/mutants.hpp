@@ -42,7 +42,7 @@ inline unsigned char* switches = none;
   return switches[number] != 0 && reach(number);
 }
 
-/// A value that the compiler does not know. It may take an index or an address past an array for impossible, and would
+/// Hides a value from the compiler, which may otherwise take an index or an address past an array for impossible, and
 /// leave out the mutant.
 template <class T>
 [[gnu::always_inline]] inline T hidden(T value) {
